@@ -1,0 +1,1 @@
+"""The behaviours that come with pymoos-lite, one file each."""

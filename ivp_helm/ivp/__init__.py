@@ -1,0 +1,1 @@
+"""Interval programming on its own: domains, piecewise functions, builders, an exact solver."""

@@ -1,0 +1,1 @@
+"""Nonlinear opinion dynamics: model, single-agent engine, theory and large populations."""

@@ -1,0 +1,1 @@
+"""Apps that any community uses: logger, process watch, timer script, echo."""

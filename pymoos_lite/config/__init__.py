@@ -1,0 +1,1 @@
+"""Mission files, macros, declared parameters and the registry of apps."""

@@ -1,0 +1,1 @@
+"""Cores without I/O: message, clock, subscriptions, database, frames and reliable link."""

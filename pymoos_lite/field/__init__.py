@@ -1,0 +1,1 @@
+"""Share (bridge), node and shore broker, node comms, message handler."""

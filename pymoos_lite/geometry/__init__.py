@@ -1,0 +1,1 @@
+"""Points, seglists, polygons, CPA and local x/y to latitude/longitude."""

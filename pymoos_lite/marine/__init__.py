@@ -1,0 +1,1 @@
+"""Vessel simulator, PID, node reporter, contact and obstacle managers."""

@@ -1,0 +1,1 @@
+"""One module per message format: parsed and printed in exactly one place."""

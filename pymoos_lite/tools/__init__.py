@@ -1,0 +1,1 @@
+"""What a person runs: the command line, scope, poke, log tools, mission check."""
