@@ -85,7 +85,9 @@ class AppRunner:
         app.on_start_up()
 
     def next_deadline(self) -> float:
-        """Mission time at which `step` is next due, mail apart."""
+        """Mission time at which `step` is next due (in mode 1 waiting mail may bring it forward)."""
+        if self.mode == 1 and self.app.connection.has_mail():
+            return min(self._next_iteration, self._last_iteration + self._min_gap)
         return self._next_iteration
 
     def mail_due(self, now: float) -> bool:
