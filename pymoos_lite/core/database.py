@@ -1,0 +1,352 @@
+"""The community database: the latest value of every variable, and who asked to hear of it.
+
+No socket and no clock: clients hand in messages and the time, the database appends to the mailbox
+(a plain list) that each client was given on connecting. A host moves mail from there. It does
+not know whether a client lives in the same process or at the far end of a link (community.md 6).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+from pymoos_lite.core.message import KIND_NAME, Message, Value
+from pymoos_lite.core.subscriptions import Route, Subscription, is_pattern
+from pymoos_lite.core.summaries import SYSTEM_VARIABLES, build_system_variables
+
+SYSTEM_PERIOD = 2.0
+"""Mission seconds between two updates of the `DB_*` variables."""
+
+MAX_REFUSALS_KEPT = 20
+
+
+class NameClashError(Exception):
+    """A second client asked for a name that is in use; the first is unaffected."""
+
+    def __init__(self, client: str) -> None:
+        super().__init__(f'A client of this name ("{client}") already exists')
+        self.client = client
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """Why a write was not accepted: the variable already has another type."""
+
+    name: str
+    expected: str
+    found: str
+    client: str
+
+    def __str__(self) -> str:
+        return (
+            f"{self.client} wrote a {self.found} to {self.name}, which holds a {self.expected}: "
+            f"the write was refused (first write of {self.name} fixed its type)"
+        )
+
+
+@dataclass(slots=True)
+class Client:
+    """A connected client: its mailbox, what it asked for and what it has written."""
+
+    name: str
+    mailbox: list[Message]
+    connected_at: float
+    subscriptions: dict[tuple[str, str], Subscription] = field(default_factory=dict)
+    published: dict[str, None] = field(default_factory=dict)
+    latencies: list[float] = field(default_factory=list)
+
+
+class Record:
+    """One variable: its last message, type, writers and the ways to its subscribers."""
+
+    __slots__ = ("direct", "filtered", "kind", "last_writes", "message", "name", "rate", "received", "writes")
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.kind: type | None = None
+        self.message: Message | None = None
+        self.received = 0.0
+        self.writes = 0
+        self.last_writes = 0
+        self.rate = 0.0
+        # Subscribers of every post: just their mailboxes' append. All others go through a Route.
+        self.direct: list[Callable[[Message], None]] = []
+        self.filtered: dict[str, Route] = {}
+
+
+@dataclass(slots=True)
+class Statistics:
+    """Counters a person can ask for."""
+
+    accepted: int = 0
+    refused: int = 0
+    connects: int = 0
+    disconnects: int = 0
+    clashes: int = 0
+
+
+class Database:
+    """Stores last values and fans posts out to subscribers.
+
+    Rules: the first write fixes a variable's type and later writes of another type are refused,
+    visibly; a registration delivers the current value at once; a throttled subscription always
+    gets the last value, late; a second client of one name is refused.
+    """
+
+    def __init__(self, community: str, now: float) -> None:
+        self.community = community
+        self.name = f"MOOSDB_{community}"
+        self.started = now
+        self.statistics = Statistics()
+        self.refusals: list[Refusal] = []
+        self._records: dict[str, Record] = {}
+        self._clients: dict[str, Client] = {}
+        self._throttled: dict[Route, None] = {}
+        self._next_system = now
+        self._system_wanted: frozenset[str] = frozenset()
+
+    # --- clients -----------------------------------------------------------------------------
+
+    def connect(self, client: str, now: float, mailbox: list[Message] | None = None) -> list[Message]:
+        """Admit `client` and return the mailbox that its mail will be appended to.
+
+        Raises:
+            NameClashError: a client of that name is connected.
+            ValueError: the name is empty.
+        """
+        if not client:
+            raise ValueError("a client needs a name")
+        if client in self._clients or client == self.name:
+            self.statistics.clashes += 1
+            raise NameClashError(client)
+        record = Client(client, [] if mailbox is None else mailbox, now)
+        self._clients[client] = record
+        self.statistics.connects += 1
+        self._post(Message("DB_EVENT", f"connected={client}", now, self.name, "", self.community), now)
+        self._next_system = min(self._next_system, now)
+        return record.mailbox
+
+    def disconnect(self, client: str, now: float, reason: str = "") -> None:
+        """Forget the client, its subscriptions and pending mail; values it wrote remain."""
+        if self._clients.pop(client, None) is None:
+            return
+        self.statistics.disconnects += 1
+        self._rebuild_all_routes()
+        text = f"disconnected={client}" + (f",reason={reason}" if reason else "")
+        self._post(Message("DB_EVENT", text, now, self.name, "", self.community), now)
+        self._next_system = min(self._next_system, now)
+
+    def clients(self) -> list[str]:
+        """Names of connected clients, newest connection first."""
+        return list(reversed(self._clients))
+
+    def note_latency(self, client: str, seconds: float) -> None:
+        """Record how old a client's heartbeat was on arrival (wall seconds), for `DB_QOS`."""
+        record = self._clients.get(client)
+        if record is not None:
+            record.latencies.append(seconds)
+            del record.latencies[:-50]
+
+    # --- subscriptions -----------------------------------------------------------------------
+
+    def register(
+        self,
+        client: str,
+        pattern: str,
+        now: float,
+        source_pattern: str = "*",
+        interval: float = 0.0,
+        omit: tuple[str, ...] = (),
+    ) -> None:
+        """Subscribe `client`; the current value of every variable it now covers is mailed at once.
+
+        Registering the same name again replaces the interval and replays the current value.
+
+        Raises:
+            ValueError: empty pattern or negative interval.
+            KeyError: the client is not connected.
+        """
+        if not pattern:
+            raise ValueError("a registration needs a variable name or pattern")
+        if not interval >= 0.0:
+            raise ValueError(f"the interval of a registration must not be negative: {interval}")
+        record = self._clients[client]
+        subscription = Subscription(pattern, source_pattern or "*", float(interval), omit)
+        record.subscriptions[(pattern, subscription.source)] = subscription
+        if is_pattern(pattern):
+            covered = [r for r in self._records.values() if subscription.wants_variable(r.name)]
+        else:
+            covered = [self._record(pattern)]
+        self._update_system_wanted()
+        if any(subscription.wants_variable(name) for name in self._system_wanted):
+            self._next_system = min(self._next_system, now)
+        for variable in covered:
+            self._rebuild_routes(variable)
+            message = variable.message
+            if message is not None and subscription.wants_source(message.source):
+                route = variable.filtered.get(client)
+                if route is not None:
+                    route.offer_latched(message, now)
+                else:
+                    record.mailbox.append(message)
+
+    def unregister(self, client: str, pattern: str, source_pattern: str | None = None) -> None:
+        """Withdraw a registration made with the same pattern; unknown ones are a no-op."""
+        record = self._clients.get(client)
+        if record is None:
+            return
+        keys = [k for k in record.subscriptions if k[0] == pattern and source_pattern in (None, k[1])]
+        if not keys:
+            return
+        for key in keys:
+            del record.subscriptions[key]
+        self._update_system_wanted()
+        self._rebuild_all_routes()
+
+    # --- posting -----------------------------------------------------------------------------
+
+    def publish(self, client: str, message: Message, now: float) -> Refusal | None:
+        """Store `message` and deliver it; returns why not, if its type is the wrong one.
+
+        Mail reaches one client in the order in which it arrives here.
+        """
+        record = self._records.get(message.name)
+        if record is None:
+            record = self._record(message.name)
+        if type(message.value) is not record.kind:
+            if record.kind is not None:
+                return self._refuse(record, message, client)
+            record.kind = type(message.value)
+        if not message.community:
+            message = message._replace(community=self.community)
+        record.message = message
+        record.received = now
+        record.writes += 1
+        self.statistics.accepted += 1
+        writer = self._clients.get(client)
+        if writer is not None:
+            writer.published[message.name] = None
+        for append in record.direct:
+            append(message)
+        if record.filtered:
+            for route in record.filtered.values():
+                route.offer(message, now)
+                if route.pending is not None:
+                    self._throttled[route] = None
+        return None
+
+    def _post(self, message: Message, now: float) -> None:
+        self.publish(self.name, message, now)
+
+    def _refuse(self, record: Record, message: Message, client: str) -> Refusal:
+        assert record.kind is not None
+        refusal = Refusal(record.name, KIND_NAME[record.kind], KIND_NAME[type(message.value)], client)
+        self.statistics.refused += 1
+        if refusal not in self.refusals and len(self.refusals) < MAX_REFUSALS_KEPT:
+            self.refusals.append(refusal)
+            text = f"refused={refusal.name},client={client},holds={refusal.expected},written={refusal.found}"
+            now = record.received
+            self._post(Message("DB_EVENT", text, now, self.name, "", self.community), now)
+        return refusal
+
+    # --- time --------------------------------------------------------------------------------
+
+    def tick(self, now: float) -> None:
+        """Release throttled mail that is due and update the `DB_*` variables."""
+        if self._throttled:
+            for route in list(self._throttled):
+                if route.release(now):
+                    del self._throttled[route]
+        if now >= self._next_system and self._clients:
+            self._next_system = now + SYSTEM_PERIOD
+            for name, value in build_system_variables(self, self._system_wanted, now):
+                self._post(Message(name, value, now, self.name, "", self.community), now)
+
+    def next_deadline(self) -> float:
+        """Mission time at which `tick` next has something to do."""
+        deadline = self._next_system if self._clients else float("inf")
+        for route in self._throttled:
+            deadline = min(deadline, route.deadline())
+        return deadline
+
+    # --- looking -----------------------------------------------------------------------------
+
+    def get(self, name: str) -> Message | None:
+        """The last message of a variable, None if it was never written."""
+        record = self._records.get(name)
+        return record.message if record is not None else None
+
+    def records(self) -> Iterator[Record]:
+        """All variables, written or only asked for, in order of first mention."""
+        return iter(self._records.values())
+
+    def connected(self) -> Iterator[Client]:
+        """Connected clients, oldest first."""
+        return iter(self._clients.values())
+
+    def published_by(self, client: str) -> list[str]:
+        """Variables that the client has posted, in order of its first posts."""
+        record = self._clients.get(client)
+        return list(record.published) if record is not None else []
+
+    def registered_by(self, client: str) -> list[str]:
+        """Names and patterns that the client is registered for."""
+        record = self._clients.get(client)
+        return [pattern for pattern, _ in record.subscriptions] if record is not None else []
+
+    def clear(self, now: float) -> None:
+        """Forget all values and types, keep subscriptions, restart the uptime (`DB_CLEAR`)."""
+        for record in self._records.values():
+            record.message = None
+            record.kind = None
+            record.writes = record.last_writes = 0
+        for route in self._throttled:
+            route.pending = None
+        self._throttled.clear()
+        self.started = now
+
+    # --- routes ------------------------------------------------------------------------------
+
+    def _record(self, name: str) -> Record:
+        record = self._records.get(name)
+        if record is None:
+            record = self._records[name] = Record(name)
+            self._rebuild_routes(record)
+        return record
+
+    def _rebuild_all_routes(self) -> None:
+        for record in self._records.values():
+            self._rebuild_routes(record)
+
+    def _rebuild_routes(self, record: Record) -> None:
+        direct: list[Callable[[Message], None]] = []
+        filtered: dict[str, Route] = {}
+        for client in self._clients.values():
+            wishes = [s for s in client.subscriptions.values() if s.wants_variable(record.name)]
+            if not wishes:
+                continue
+            if any(s.interval == 0.0 and s.source == "*" for s in wishes):
+                direct.append(client.mailbox.append)
+                continue
+            route = Route(client.mailbox, wishes)
+            former = record.filtered.get(client.name)
+            if former is not None and former.mailbox is client.mailbox:
+                route.adopt(former)
+                if route.pending is not None:
+                    self._throttled[route] = None
+            filtered[client.name] = route
+        for former in record.filtered.values():
+            self._throttled.pop(former, None)
+        record.direct = direct
+        record.filtered = filtered
+
+    def _update_system_wanted(self) -> None:
+        wishes = [s for c in self._clients.values() for s in c.subscriptions.values()]
+        self._system_wanted = frozenset(
+            name for name in SYSTEM_VARIABLES if any(s.wants_variable(name) for s in wishes)
+        )
+
+    def value(self, name: str) -> Value | None:
+        """The last value of a variable, None if it was never written."""
+        message = self.get(name)
+        return None if message is None else message.value
