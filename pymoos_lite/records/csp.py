@@ -113,7 +113,9 @@ class Flag:
     def to_text(self) -> str:
         """`VAR=value`; text that would read back as a number, or would lose quotes or blanks, is quoted."""
         if isinstance(self.value, str):
-            plain = self.value == self.value.strip() and not is_number(self.value) and '"' not in self.value[:1]
+            plain = (
+                self.value == self.value.strip() and not is_number(self.value) and '"' not in self.value[:1]
+            )
             return f"{self.var}={self.value}" if plain else f'{self.var}="{self.value}"'
         return f"{self.var}={num(self.value, 8)}"
 
