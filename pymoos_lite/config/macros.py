@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from pymoos_lite.config.parameters import Problem
+from pymoos_lite.config.problems import Problem
 
 # `None` is a macro that is defined without a value: `#define NAME`, a bare NAME on the command line.
 Macros = dict[str, str | None]
@@ -79,13 +79,13 @@ def parse_macro_lines(
             continue
         name, equals, value = (part.strip() for part in row.partition("="))
         if not equals or not name or len(name.split()) != 1:
-            problems.append(Problem(f"expected NAME=VALUE, found: {_short(row)}", f"{file}:{number}"))
+            problems.append(Problem(file, number, f"expected NAME=VALUE, found: {_short(row)}"))
             continue
         if len(value) > 1 and value[0] == value[-1] and value[0] in "\"'":
             value = value[1:-1]
         expanded, undefined = substitute(value, known)
         if undefined:
-            problems.append(Problem(f"undefined macro {undefined[0]}", f"{file}:{number}", "warning"))
+            problems.append(Problem(file, number, f"undefined macro {undefined[0]}", "warning"))
         known[name] = expanded
     return known, tuple(problems)
 
@@ -186,10 +186,6 @@ class _Source:
     text: str
 
 
-def _where(source: _Source, line: int) -> str:
-    return f"{source.path}:{line}" if line else source.path
-
-
 @dataclass(slots=True)
 class _Branch:
     """One open #ifdef or #ifndef. `live`: this branch is emitted; `taken`: some branch already was."""
@@ -220,10 +216,10 @@ class _Expander:
         self.open_files: list[tuple[str, str | None]] = []
 
     def error(self, source: _Source, line: int, text: str) -> None:
-        self.problems.append(Problem(text, _where(source, line), "error"))
+        self.problems.append(Problem(source.path, line, text, "error"))
 
     def warn(self, source: _Source, line: int, text: str) -> None:
-        self.problems.append(Problem(text, _where(source, line), "warning"))
+        self.problems.append(Problem(source.path, line, text, "warning"))
 
     def process(self, source: _Source, tag: str | None, depth: int, top: bool = False) -> None:
         rows = source.text.removeprefix("\ufeff").split("\n")
@@ -259,7 +255,7 @@ class _Expander:
         self.size += len(row) + 1
         if self.size > MAX_OUTPUT:
             text = f"the output grows beyond {MAX_OUTPUT // 1_000_000} MB here"
-            raise _TooLargeError(Problem(text, _where(source, number)))
+            raise _TooLargeError(Problem(source.path, number, text))
         self.output.append(row)
 
     def expanded(self, source: _Source, number: int, row: str) -> str:
@@ -272,7 +268,7 @@ class _Expander:
         if not row.lstrip().startswith("//"):
             kept = "it stays" if self.lenient else "the line stays as it is"
             text = f"undefined macro {', '.join(undefined[:5])} ({kept}): {_short(row.strip())}"
-            self.problems.append(Problem(text, _where(source, number), "error" if self.strict else "warning"))
+            self.problems.append(Problem(source.path, number, text, "error" if self.strict else "warning"))
         return result if self.lenient else row
 
     def define(self, source: _Source, number: int, argument: str) -> None:
@@ -345,7 +341,7 @@ class _Expander:
         either, both = "||" in argument, "&&" in argument
         if either and both:
             text = "|| and && in one condition: it counts as false"
-            self.problems.append(Problem(text, _where(source, number), "error" if self.strict else "warning"))
+            self.problems.append(Problem(source.path, number, text, "error" if self.strict else "warning"))
             return False
         if not argument:
             self.warn(source, number, "#ifdef without a macro counts as false")

@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pymoos_lite.config.parameters import ConfigLine, Problem
+from pymoos_lite.config.problems import ConfigurationError, Problem
 
 KNOWN_GLOBALS = (
     "ServerHost",
@@ -46,12 +46,17 @@ def key_name(key: str) -> str:
     return "".join(key.split()).lower()
 
 
-class ConfigurationError(ValueError):
-    """A value of a mission that cannot be used; carries the `Problem` and prints as its one line."""
+@dataclass(frozen=True, slots=True)
+class ConfigLine:
+    """One `key = value` as written (ends trimmed, comment cut); `line` is its 1-based place in the file."""
 
-    def __init__(self, problem: Problem) -> None:
-        super().__init__(str(problem))
-        self.problem = problem
+    key: str
+    value: str
+    line: int
+
+    @property
+    def name(self) -> str:
+        return key_name(self.key)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +70,7 @@ class Block:
     def all(self, key: str) -> tuple[ConfigLine, ...]:
         """Every line with this key, in file order."""
         name = key_name(key)
-        return tuple(entry for entry in self.lines if key_name(entry.key) == name)
+        return tuple(entry for entry in self.lines if entry.name == name)
 
     def last(self, key: str) -> ConfigLine | None:
         """The line that counts for a single-valued parameter: the last one in the file."""
@@ -85,8 +90,8 @@ class MissionFile:
 
     @property
     def problems(self) -> tuple[Problem, ...]:
-        """Findings of the reader by line, then unusable values of globals."""
-        return (*self.findings, *self._unusable_globals())
+        """Findings of the reader and unusable values of globals, by line."""
+        return tuple(sorted((*self.findings, *self._unusable_globals())))
 
     @property
     def errors(self) -> tuple[Problem, ...]:
@@ -118,7 +123,7 @@ class MissionFile:
     def find_global(self, name: str) -> ConfigLine | None:
         """The first line outside all blocks with this name; block parameters never shadow a global."""
         wanted = key_name(name)
-        return next((g for g in self.globals if key_name(g.key) == wanted), None)
+        return next((g for g in self.globals if g.name == wanted), None)
 
     def text(self, name: str, default: str | None = None) -> str | None:
         """A global as programs see it: first pair of quotes and all blanks removed."""
@@ -128,17 +133,17 @@ class MissionFile:
     def number(self, name: str, default: float | None = None) -> float | None:
         """A global as a number; raises `ConfigurationError` when it is not one."""
         line = self.find_global(name)
-        return default if line is None else read_number(line)
+        return default if line is None else read_number(line, self.file)
 
     def integer(self, name: str, default: int | None = None) -> int | None:
         """A global as a whole number; raises `ConfigurationError` when it is not one."""
         line = self.find_global(name)
-        return default if line is None else read_integer(line)
+        return default if line is None else read_integer(line, self.file)
 
     def flag(self, name: str, default: bool | None = None) -> bool | None:
         """A global as true or false; raises `ConfigurationError` when it is neither."""
         line = self.find_global(name)
-        return default if line is None else read_flag(line)
+        return default if line is None else read_flag(line, self.file)
 
     def time_warp(self) -> float:
         """`MOOSTimeWarp`, 1 when absent; raises `ConfigurationError` outside (0, 400]."""
@@ -148,7 +153,7 @@ class MissionFile:
             line = self.find_global("MOOSTimeWarp")
             assert line is not None
             text = f"MOOSTimeWarp = {line.value}: must be above 0 and at most {MAX_TIME_WARP:g}"
-            raise ConfigurationError(Problem(text, line.where))
+            raise ConfigurationError(Problem(self.file, line.line, text))
         return warp
 
     def port(self) -> int:
@@ -159,7 +164,7 @@ class MissionFile:
             line = self.find_global("ServerPort")
             assert line is not None
             text = f"ServerPort = {line.value}: must be between 1 and 65535"
-            raise ConfigurationError(Problem(text, line.where))
+            raise ConfigurationError(Problem(self.file, line.line, text))
         return port
 
 
@@ -172,25 +177,25 @@ def global_value(value: str) -> str:
     return "".join(value.split())
 
 
-def read_number(line: ConfigLine) -> float:
+def read_number(line: ConfigLine, file: str) -> float:
     """The whole value as a number (`.5`, `+5` and `1e3` are fine); raises `ConfigurationError` otherwise."""
     text = global_value(line.value)
     if not _NUMBER.fullmatch(text):
-        raise ConfigurationError(Problem(f"{line.key} = {line.value}: expected a number", line.where))
+        raise ConfigurationError(Problem(file, line.line, f"{line.key} = {line.value}: expected a number"))
     return float(text)
 
 
-def read_integer(line: ConfigLine) -> int:
+def read_integer(line: ConfigLine, file: str) -> int:
     """The whole value as an integer; raises `ConfigurationError` otherwise."""
     text = global_value(line.value)
     # The length bound keeps a hostile digit string away from the interpreter's own conversion limit.
     if not _INTEGER.fullmatch(text) or len(text) > 30:
         text = f"{line.key} = {line.value}: expected a whole number"
-        raise ConfigurationError(Problem(text, line.where))
+        raise ConfigurationError(Problem(file, line.line, text))
     return int(text)
 
 
-def read_flag(line: ConfigLine) -> bool:
+def read_flag(line: ConfigLine, file: str) -> bool:
     """true/on/yes or false/off/no in any case, or a number (true when above 0)."""
     text = global_value(line.value).lower()
     if text in _TRUE:
@@ -199,7 +204,7 @@ def read_flag(line: ConfigLine) -> bool:
         return False
     if _NUMBER.fullmatch(text):
         return float(text) > 0
-    raise ConfigurationError(Problem(f"{line.key} = {line.value}: expected true or false", line.where))
+    raise ConfigurationError(Problem(file, line.line, f"{line.key} = {line.value}: expected true or false"))
 
 
 def print_mission(mission: MissionFile) -> str:

@@ -6,12 +6,11 @@ so; reading always goes on to the end, so that all problems are found at once.
 
 from __future__ import annotations
 
-import difflib
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
-from pymoos_lite.config.mission import KNOWN_GLOBALS, Block, MissionFile, key_name, print_mission
-from pymoos_lite.config.parameters import ConfigLine, Problem, nearest
+from pymoos_lite.config.mission import KNOWN_GLOBALS, Block, ConfigLine, MissionFile, key_name, print_mission
+from pymoos_lite.config.problems import Problem, did_you_mean
 
 __all__ = ["Block", "ConfigLine", "MissionFile", "cut_comment", "parse_mission", "print_mission"]
 
@@ -58,7 +57,7 @@ class _Reader:
         # Only the line feed ends a line: other separators that Unicode knows are parts of a value.
         raw = text.removeprefix("\ufeff").replace("\r", "").split("\n")
         self.rows = [(number, cut_comment(row).strip()) for number, row in enumerate(raw, start=1)]
-        self.problems: list[tuple[int, Problem]] = []
+        self.problems: list[Problem] = []
         self.globals: list[ConfigLine] = []
         self.blocks: list[Block] = []
         self.defines: list[ConfigLine] = []
@@ -70,10 +69,10 @@ class _Reader:
         self.entries: list[ConfigLine] = []
 
     def error(self, line: int, text: str) -> None:
-        self.problems.append((line, Problem(text, f"{self.file}:{line}", "error")))
+        self.problems.append(Problem(self.file, line, text, "error"))
 
     def warn(self, line: int, text: str) -> None:
-        self.problems.append((line, Problem(text, f"{self.file}:{line}", "warning")))
+        self.problems.append(Problem(self.file, line, text, "warning"))
 
     def read(self) -> MissionFile:
         rows = [row for row in self.rows if row[1] and not self.take_define(*row)]
@@ -83,9 +82,13 @@ class _Reader:
             self.unclosed("the end of the file")
         self.check_globals()
         self.check_duplicate_blocks()
-        self.problems.sort(key=lambda found: found[0])
-        findings = tuple(problem for _, problem in self.problems)
-        return MissionFile(self.file, tuple(self.globals), tuple(self.blocks), tuple(self.defines), findings)
+        return MissionFile(
+            self.file,
+            tuple(self.globals),
+            tuple(self.blocks),
+            tuple(self.defines),
+            tuple(sorted(self.problems)),
+        )
 
     def take_define(self, number: int, row: str) -> bool:
         """Definitions count for the whole file, also for lines above them."""
@@ -100,7 +103,7 @@ class _Reader:
         if self.variables.get(key, value) != value:
             self.warn(number, f"variable {key} is defined again; this last value counts everywhere")
         self.variables[key] = value
-        self.defines.append(ConfigLine(key, value, number, self.file))
+        self.defines.append(ConfigLine(key, value, number))
         return True
 
     def substitute(self, number: int, row: str) -> str:
@@ -207,30 +210,29 @@ class _Reader:
             else:
                 self.warn(number, f"line has no '=' and is ignored: {_short(row)}")
         else:
-            (self.globals if self.app is None else self.entries).append(
-                ConfigLine(key, value, number, self.file)
-            )
+            (self.globals if self.app is None else self.entries).append(ConfigLine(key, value, number))
 
     def check_globals(self) -> None:
         seen: dict[str, ConfigLine] = {}
-        known = {key_name(name) for name in KNOWN_GLOBALS}
+        known = {key_name(name): name for name in KNOWN_GLOBALS}
         for entry in self.globals:
-            name = key_name(entry.key)
-            first = seen.setdefault(name, entry)
+            first = seen.setdefault(entry.name, entry)
             if first is not entry and first.value != entry.value:
                 self.warn(entry.line, f"{entry.key} is set on line {first.line} already; the first counts")
-            # Missions may have globals of their own: only a likely misspelling is worth a word.
-            if name not in known and close_to(name, known):
-                self.warn(entry.line, f"unknown global '{entry.key}'{nearest(name, KNOWN_GLOBALS)}")
-        for global_name in _ESSENTIAL:
-            wanted = key_name(global_name)
-            inside = [(b, e) for b in self.blocks for e in b.lines if key_name(e.key) == wanted]
-            if wanted not in seen and inside:
-                block, entry = inside[0]
-                text = (
-                    f"{global_name} is set only inside the block of {block.app}; globals stand outside blocks"
-                )
-                self.warn(entry.line, text)
+            if entry.name not in known:
+                hint = did_you_mean(entry.name, KNOWN_GLOBALS, cutoff=0.85)
+                if hint:
+                    self.warn(entry.line, f"unknown global '{entry.key}'{hint}")
+        for name in _ESSENTIAL:
+            wanted = key_name(name)
+            if wanted in seen:
+                continue
+            for block in self.blocks:
+                inside = [entry for entry in block.lines if entry.name == wanted]
+                if inside:
+                    where = f"only inside the block of {block.app}"
+                    self.warn(inside[0].line, f"{name} is set {where}; globals are read outside blocks")
+                    break
 
     def check_duplicate_blocks(self) -> None:
         first: dict[str, Block] = {}
@@ -240,11 +242,6 @@ class _Reader:
                 self.warn(
                     block.line, f"second block of {block.app} is ignored; the first is on line {known.line}"
                 )
-
-
-def close_to(name: str, known: Iterable[str]) -> bool:
-    """Whether `name` is likely a misspelling of one of `known` (both in the form of `key_name`)."""
-    return bool(difflib.get_close_matches(name, list(known), n=1, cutoff=0.85))
 
 
 def _short(text: str, width: int = 60) -> str:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from pymoos_lite.config.mission import KNOWN_GLOBALS, MissionFile, key_name
-from pymoos_lite.config.parameters import ConfigLine
+from pymoos_lite.config.mission import KNOWN_GLOBALS, ConfigLine, MissionFile, key_name
 
 
 def override(mission: MissionFile, settings: Mapping[str, str]) -> tuple[MissionFile, tuple[str, ...]]:
@@ -32,7 +31,7 @@ def _override_in_block(mission: MissionFile, app: str, key: str, value: str) -> 
     target = mission.block(app)
     if target is None or not key_name(key):
         return mission, False
-    lines = _replaced(target.lines, key, value) or (*target.lines, ConfigLine(key.strip(), value))
+    lines = _replaced(target.lines, key, value) or (*target.lines, ConfigLine(key.strip(), value, 0))
     blocks = tuple(replace(b, lines=lines) if b is target else b for b in mission.blocks)
     return replace(mission, blocks=blocks), True
 
@@ -42,7 +41,7 @@ def _override_everywhere(mission: MissionFile, key: str, value: str) -> tuple[Mi
     known = {key_name(name): name for name in KNOWN_GLOBALS}
     hit = bool(globals_)
     if not hit and key_name(key) in known:
-        globals_ = (*mission.globals, ConfigLine(known[key_name(key)], value))
+        globals_ = (*mission.globals, ConfigLine(known[key_name(key)], value, 0))
         hit = True
     blocks = []
     for block in mission.blocks:
@@ -55,6 +54,6 @@ def _override_everywhere(mission: MissionFile, key: str, value: str) -> tuple[Mi
 def _replaced(lines: tuple[ConfigLine, ...], key: str, value: str) -> tuple[ConfigLine, ...]:
     """The lines with every `key` set to `value`, or nothing when there is no such key."""
     wanted = key_name(key)
-    if not any(key_name(entry.key) == wanted for entry in lines):
+    if not any(entry.name == wanted for entry in lines):
         return ()
-    return tuple(entry._replace(value=value) if key_name(entry.key) == wanted else entry for entry in lines)
+    return tuple(replace(entry, value=value) if entry.name == wanted else entry for entry in lines)

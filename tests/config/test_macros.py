@@ -254,7 +254,7 @@ def test_an_empty_input_is_a_warning():
 def test_macro_files_use_what_is_known_so_far():
     macros, problems = parse_macro_lines('# c\n// c\n\nA=1\nB = "x $(A)$(Z)"\nbad line\n', "f", {"Z": "9"})
     assert macros == {"Z": "9", "A": "1", "B": "x 19"}
-    assert [str(p) for p in problems] == ["f:6: expected NAME=VALUE, found: bad line"]
+    assert [str(p) for p in problems] == ["f:6: error: expected NAME=VALUE, found: bad line"]
 
 
 PIECES = st.sampled_from(

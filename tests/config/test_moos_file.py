@@ -6,8 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pymoos_lite.config.mission import ConfigurationError, MissionFile, print_mission
+from pymoos_lite.config.mission import MissionFile, print_mission
 from pymoos_lite.config.moos_file import cut_comment, parse_mission
+from pymoos_lite.config.problems import ConfigurationError
 
 
 def lines_of(mission: MissionFile, app: str) -> list[tuple[str, str]]:
@@ -41,7 +42,7 @@ def test_a_mission_reads_into_globals_and_blocks_in_file_order():
     block = mission.block("pLogger")
     assert block is not None
     assert [line.value for line in block.all("log")] == ["A @ 0 NOSYNC", "B @ 1"]
-    assert block.all("Log")[1].where == "abe.moos:10"
+    assert block.all("Log")[1].line == 10
 
 
 @pytest.mark.parametrize(
