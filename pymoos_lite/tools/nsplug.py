@@ -95,7 +95,7 @@ class _Request:
             raise UsageError(f"cannot read the macro file {name}")
         self.macros, problems = parse_macro_lines(text, name, self.macros)
         for problem in problems:
-            print(f"{problem.severity}: {problem}", file=sys.stderr)
+            print(problem, file=sys.stderr)
         if any(p.severity == "error" for p in problems):
             raise UsageError(f"the macro file {name} cannot be used")
 
@@ -177,7 +177,7 @@ def _expand_files(request: _Request) -> int:
         tag=request.tag,
     )
     for problem in result.problems:
-        print(f"{problem.severity}: {problem}", file=sys.stderr)
+        print(problem, file=sys.stderr)
     if result.errors or not _go_on(request, result):
         print(f"nsplug: {target or 'nothing'} not written", file=sys.stderr)
         return 1
