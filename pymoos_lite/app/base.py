@@ -24,6 +24,7 @@ from pymoos_lite.app.reporting import ReportLog
 from pymoos_lite.app.standard import STANDARD_PARAMETERS
 from pymoos_lite.config.mission import ConfigLine
 from pymoos_lite.config.parameters import Declaration, Values
+from pymoos_lite.config.problems import Problem
 from pymoos_lite.core.clock import Clock
 from pymoos_lite.core.message import Message, Value, as_value
 
@@ -161,6 +162,11 @@ class App:
 
     def on_quit(self) -> None:
         """Called once when the app ends in an orderly way: close files here."""
+
+    @classmethod
+    def check_block(cls, lines: Sequence[ConfigLine], mission_dir: Path, file: str) -> list[Problem]:
+        """Problems beyond single parameters, found without running: e.g. in files the block names."""
+        return []
 
     # --- talking -----------------------------------------------------------------------------
 

@@ -58,7 +58,8 @@ class AppRunner:
         self._command = f"{app.name.upper()}_CMD" if app.config.catchcommandmessages else ""
         self._sort = bool(app.config.sortmailbytime)
         self._was_connected = False
-        self._next_iteration = 0.0
+        self._next_iteration = self._anchor = 0.0
+        self._ticks = 0
         self._last_iteration = float("-inf")
         self._next_status = 0.0
         self._last_report = float("-inf")
@@ -75,7 +76,7 @@ class AppRunner:
         """Run the app's start-up; what it raises is the host's to report."""
         app = self.app
         app.now = app.started = now
-        self._next_iteration = now
+        self._next_iteration = self._anchor = now
         self._next_status = now
         context = app.context
         if not context.community:
@@ -123,9 +124,12 @@ class AppRunner:
         if due and self._was_connected:
             self._iterate(now)
         if due:
-            # Steady on average; an overrun is not caught up (community.md 7.2).
-            self._next_iteration += self.period
+            # Counted from an anchor, so that ticks neither drift nor pile up rounding; an overrun
+            # is not caught up (community.md 7.2).
+            self._ticks += 1
+            self._next_iteration = self._anchor + self._ticks * self.period
             if self._next_iteration <= now or self.mode == 1:
+                self._anchor, self._ticks = now, 1
                 self._next_iteration = now + self.period
 
     def finish(self, now: float) -> None:

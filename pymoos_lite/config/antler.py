@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 
 from pymoos_lite.config.mission import Block, ConfigLine, MissionFile, key_name, read_flag, read_number
 from pymoos_lite.config.problems import ConfigurationError, Problem, did_you_mean
 
+# A tilde before a slash is somebody's home directory.
+_ALIAS = re.compile(r"~(?!/)")
 RUN_OPTIONS = ("NewConsole", "Path", "InhibitMOOSParams", "ExtraProcessParams", "XConfig", "AntlerID")
 _SETTINGS = (
     "Run",
@@ -91,12 +94,12 @@ def _is_referenced(block: Block, name: str) -> bool:
 def _read_run(entry: ConfigLine, block: Block, file: str, problems: list[Problem]) -> AppRun | None:
     # The alias may stand before or after the options; it ends at the next comma or '@'.
     text, alias = entry.value.replace('"', ""), ""
-    if "~" in text:
-        before, _, after = text.partition("~")
+    if tilde := _ALIAS.search(text):
+        before, after = text[: tilde.start()], text[tilde.end() :]
         cut = min((i for i in (after.find(","), after.find("@")) if i >= 0), default=len(after))
-        alias, text = after[:cut].strip(), before + after[cut:]
+        alias, text = after[:cut].strip(), f"{before}{',' if '@' in before else '@'}{after[cut:]}"
     app, _, option_text = text.partition("@")
-    app = app.strip().strip(",").strip()
+    app = app.strip()
     if not app:
         problems.append(
             Problem(file, entry.line, "Run names no app: expected 'Run = app [@ options] [~ alias]'")

@@ -126,7 +126,7 @@ class AppCastRequest:
 
     @classmethod
     def parse(cls, text: str) -> AppCastRequest:
-        """Record from text, duration clamped to 0..30; raises RecordError without a key or with bad values."""
+        """Record from text, duration clamped to 0..30; RecordError without a key or with bad values."""
         f = field_map("APPCAST_REQ", text)
         if not f.get("key"):
             raise RecordError("APPCAST_REQ", f"no key in '{clip(text)}'")
@@ -157,7 +157,7 @@ class AppCastRequest:
 
 @dataclass(frozen=True, slots=True)
 class LoadCastRequest:
-    """LOADCAST_REQ: the named app (or `all`, `any`) posts its iteration gap and length for `duration` seconds."""
+    """LOADCAST_REQ: the named app (or `all`, `any`) posts iteration gap and length for `duration` seconds."""
 
     app: str
     duration: float
@@ -165,7 +165,7 @@ class LoadCastRequest:
 
     @classmethod
     def parse(cls, text: str) -> LoadCastRequest:
-        """Record from text, duration clamped to 0..30; raises RecordError without an app or with a bad duration."""
+        """Record from text, duration clamped to 0..30; RecordError without an app or with a bad duration."""
         f = field_map("LOADCAST_REQ", text)
         if not f.get("app"):
             raise RecordError("LOADCAST_REQ", f"no app in '{clip(text)}'")

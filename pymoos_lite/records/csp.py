@@ -24,6 +24,7 @@ __all__ = [
     "MAX_TEXT",
     "Flag",
     "RecordError",
+    "balanced",
     "clip",
     "field_map",
     "fields",
@@ -79,15 +80,9 @@ def field_map(record: str, text: str, separator: str = ",") -> dict[str, str]:
     return values
 
 
-def printable(value: str) -> str:
-    """A value made safe to stand between commas: braced when it has a comma of its own.
-
-    Braces that do not pair up cannot be protected by more braces and are dropped.
-    """
-    if "," not in value and "{" not in value and "}" not in value:
-        return value
+def balanced(value: str) -> str:
+    """The value, without its braces when they do not pair up: no more braces could protect it then."""
     depth = 0
-    bare_comma = False
     for c in value:
         if c == "{":
             depth += 1
@@ -95,12 +90,16 @@ def printable(value: str) -> str:
             depth -= 1
             if depth < 0:
                 break
-        elif c == "," and not depth:
-            bare_comma = True
-    if depth:
-        value = value.replace("{", "").replace("}", "")
-        bare_comma = "," in value
-    return "{" + value + "}" if bare_comma else value
+    return value.replace("{", "").replace("}", "") if depth else value
+
+
+def printable(value: str) -> str:
+    """A value made safe to stand between commas: `balanced`, and braced when a comma of its own is bare."""
+    if "{" in value or "}" in value:
+        value = balanced(value).strip()
+    if "," not in value or len(split_protected(value, quotes=False)) == 1:
+        return value
+    return "{" + value + "}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +112,9 @@ class Flag:
     def to_text(self) -> str:
         """`VAR=value`; text that would read back as a number, or would lose quotes or blanks, is quoted."""
         if isinstance(self.value, str):
-            plain = self.value == self.value.strip() and not is_number(self.value) and '"' not in self.value[:1]
+            plain = (
+                self.value == self.value.strip() and not is_number(self.value) and '"' not in self.value[:1]
+            )
             return f"{self.var}={self.value}" if plain else f'{self.var}="{self.value}"'
         return f"{self.var}={num(self.value, 8)}"
 
