@@ -23,13 +23,14 @@ OPTIONS = "".join(
   resistance_weight = 0.25
   intra_agent_same_option_coupling = {alpha}
   inter_agent_same_option_coupling = {gamma}
+  inter_agent_inter_option_coupling = {other} = {delta}
   input_gain = {gain}
 }}
 """
-    for name, alpha, gamma, gain in (
-        ("exploit", 0.05, -0.05, 1),
-        ("explore", 0.05, -0.05, 1),
-        ("migrate", 1.0, 8.0, 40),
+    for name, alpha, gamma, other, delta, gain in (
+        ("exploit", 0.05, -0.05, "explore", 0.01, 1),
+        ("explore", 0.05, -0.05, "exploit", 0.01, 1),
+        ("migrate", 1.0, 8.0, "explore", 0.0, 40),
     )
 )
 SETTINGS = {
