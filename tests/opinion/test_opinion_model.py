@@ -1,4 +1,4 @@
-"""The equation against its slow twin, the integrator's order, and the invariants of the theory (gcid.md 3.6)."""
+"""The equation against its slow twin, the order of the integrators, and the invariants of theory (gcid.md 3.6)."""
 
 import numpy as np
 import pytest
@@ -16,6 +16,7 @@ from opinion_engine.model import (
     strongest,
     weighted_decision,
 )
+import itertools
 
 ATTENTION = Attention(tau_u=2.0, u_min=0.4, u_max=1.3, y_th=0.6, n=2.0)
 
@@ -132,7 +133,7 @@ def test_the_network_integrator_has_order_four():
         return max(np.abs(z - exact.z[-1]).max(), np.abs(u - exact.u[-1]).max())
 
     errors = [run(h) for h in (0.1, 0.05, 0.025)]
-    for coarse, fine in zip(errors, errors[1:], strict=False):
+    for coarse, fine in itertools.pairwise(errors):
         assert 3.7 < np.log2(coarse / fine) < 4.4
 
 
