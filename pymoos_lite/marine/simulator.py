@@ -36,6 +36,7 @@ from pymoos_lite.marine.vessel_model import TurnLaw, VesselModel
 from pymoos_lite.records.csp import num
 
 _MAX_SKEW = 1360.0  # s; the controller on board disbelieves desired values stamped farther from now
+_MAX_DRIFT = 1000.0  # m/s; bounds what repeated scaling can do
 
 
 class Simulator(App):
@@ -113,7 +114,10 @@ class Simulator(App):
     def report(self) -> Iterable[str]:
         pose = self.vessel.pose()
         vessel = self.vessel
-        yield f"Position:  x={num(pose.x)}, y={num(pose.y)}   heading {num(pose.heading, 1)}   speed {num(pose.speed)}"
+        yield (
+            f"Position:  x={num(pose.x)}, y={num(pose.y)}"
+            f"   heading {num(pose.heading, 1)}   speed {num(pose.speed)}"
+        )
         if pose.depth or self._depth_control:
             yield f"Depth:     {num(pose.depth)} m   pitch {num(math.degrees(pose.pitch), 1)} deg"
         yield (
@@ -312,6 +316,9 @@ class Simulator(App):
                 vessel.thrust_right = min(100.0, max(-100.0, thrust))
 
     def _set_drift(self, x: float, y: float) -> None:
+        if math.hypot(x, y) > _MAX_DRIFT:
+            self.run_warning(f"A drift of more than {_MAX_DRIFT:g} m/s is not believed")
+            return
         self.truth.drift_x, self.truth.drift_y = x, y
         self._drift_news = True
 

@@ -1,4 +1,4 @@
-"""The declared parameters of the vessel simulators, and the vessel that they describe (marine_apps.md 1.1, 1.9)."""
+"""Declared parameters of the simulators, and the vessel they describe (marine_apps.md 1.1, 1.9)."""
 
 from __future__ import annotations
 
