@@ -30,14 +30,17 @@ def finite_number(message: Message) -> float | None:
 
 
 def on_number(app: App, use: Callable[[float], None]) -> Handler:
-    """A handler that passes finite numbers to `use` and warns of everything else."""
+    """A handler that passes finite numbers to `use`, and warns of everything else and of its ValueErrors."""
 
     def handle(message: Message) -> None:
         value = finite_number(message)
         if value is None:
             app.run_warning(f"{message.name} needs a finite number, not '{clip(message.text, 40)}'")
-        else:
+            return
+        try:
             use(value)
+        except ValueError as error:
+            app.run_warning(f"{message.name} = {value:g}: {error}")
 
     return handle
 
