@@ -171,5 +171,5 @@ def test_no_text_raises_anything_but_a_value_error(text):
         try:
             parse(text)
         except ValueError as refusal:
-            assert "\n" not in str(refusal)  # noqa: PT017
+            assert "\n" not in str(refusal)
     expand_value(text, False, NUMBERS, TEXTS, random.Random(0))
