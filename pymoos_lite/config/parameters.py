@@ -7,12 +7,14 @@ one line of doc). `Declaration.bind` turns configuration lines into typed `Value
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
+
+from pymoos_lite.config.mission import ConfigLine
+from pymoos_lite.config.problems import Problem, did_you_mean
 
 Kind = Literal["number", "integer", "boolean", "text", "choice", "variable", "custom"]
 
@@ -23,34 +25,6 @@ _FALSE = frozenset({"false", "off", "no"})
 
 class ParameterError(ValueError):
     """A parameter's value is not acceptable; the text says what would be."""
-
-
-class ConfigLine(NamedTuple):
-    """One ``key = value`` line as written, with where it stands."""
-
-    key: str
-    value: str
-    line: int = 0
-    file: str = ""
-
-    @property
-    def where(self) -> str:
-        """``file:line``, or as much of it as is known."""
-        if self.file and self.line:
-            return f"{self.file}:{self.line}"
-        return self.file or (f"line {self.line}" if self.line else "")
-
-
-@dataclass(frozen=True, slots=True)
-class Problem:
-    """Something wrong with a configuration: where, what, and what would be right."""
-
-    text: str
-    where: str = ""
-    severity: Literal["error", "warning"] = "error"
-
-    def __str__(self) -> str:
-        return f"{self.where}: {self.text}" if self.where else self.text
 
 
 @dataclass(frozen=True)
@@ -198,7 +172,7 @@ def _read_choice(parameter: Parameter, text: str) -> str:
     for choice in parameter.choices:
         if choice.lower() == word.lower():
             return choice
-    hint = nearest(word, parameter.choices)
+    hint = did_you_mean(word, parameter.choices)
     raise ParameterError(f"{parameter.name} = {text!r} is not {parameter.legal()}{hint}")
 
 
@@ -223,13 +197,6 @@ _READERS: dict[str, Callable[[Parameter, str], Any]] = {
     "variable": _read_variable,
     "custom": _read_custom,
 }
-
-
-def nearest(word: str, known: Iterable[str]) -> str:
-    """``; did you mean 'x'?`` for the closest of `known`, or nothing."""
-    lowered = {name.lower(): name for name in known}
-    close = difflib.get_close_matches(word.lower(), lowered, n=1, cutoff=0.6)
-    return f"; did you mean '{lowered[close[0]]}'?" if close else ""
 
 
 class Values:
@@ -296,11 +263,11 @@ class Declaration:
         """
         parameter = self.find(name)
         if parameter is None:
-            raise ParameterError(f"there is no parameter '{name}'{nearest(name, self.names())}")
+            raise ParameterError(f"there is no parameter '{name}'{did_you_mean(name, self.names())}")
         return parameter.key, parameter.read(text)
 
-    def bind(self, lines: Iterable[ConfigLine], owner: str) -> Bound:
-        """Read `lines` for `owner` (an app's or behaviour's name, used in the problems' texts).
+    def bind(self, lines: Iterable[ConfigLine], owner: str, file: str = "") -> Bound:
+        """Read `lines` of `file` for `owner` (an app's or behaviour's name, used in problems' texts).
 
         A bad value leaves the default in place and is a problem; for a scalar given twice the
         last line wins, with a warning.
@@ -317,14 +284,14 @@ class Declaration:
                 if self.open_keys is not None and self.open_keys(line.key):
                     extra.append(line)
                     continue
-                hint = nearest(line.key, self.names())
+                hint = did_you_mean(line.key, self.names())
                 text = f"{owner} has no parameter '{line.key}'{hint}"
-                problems.append(Problem(text, line.where, "warning"))
+                problems.append(Problem(file, line.line, text, "warning"))
                 continue
             try:
                 value = parameter.read(line.value)
             except ParameterError as error:
-                problems.append(Problem(f"{owner}: {error}", line.where))
+                problems.append(Problem(file, line.line, f"{owner}: {error}"))
                 continue
             if parameter.repeated:
                 values.__dict__[parameter.key].append(value)
@@ -332,7 +299,7 @@ class Declaration:
             former = seen.get(parameter.key)
             if former is not None:
                 text = f"{owner}: {parameter.name} was already given at line {former.line}; the last one wins"
-                problems.append(Problem(text, line.where, "warning"))
+                problems.append(Problem(file, line.line, text, "warning"))
             seen[parameter.key] = line
             values.__dict__[parameter.key] = value
         return Bound(values, problems, extra, frozenset(seen))

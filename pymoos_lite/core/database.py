@@ -284,6 +284,16 @@ class Database:
         """Connected clients, oldest first."""
         return iter(self._clients.values())
 
+    def published_by(self, client: str) -> list[str]:
+        """Variables that the client has posted, in order of its first posts."""
+        record = self._clients.get(client)
+        return list(record.published) if record is not None else []
+
+    def registered_by(self, client: str) -> list[str]:
+        """Names and patterns that the client is registered for."""
+        record = self._clients.get(client)
+        return [pattern for pattern, _ in record.subscriptions] if record is not None else []
+
     def clear(self, now: float) -> None:
         """Forget all values and types, keep subscriptions, restart the uptime (`DB_CLEAR`)."""
         for record in self._records.values():

@@ -1,1 +1,1 @@
-"""Vessel simulator, PID, node reporter, contact and obstacle managers."""
+"""The vessel and what rides on it: simulator, PID, node reporter, contacts, obstacles, referees."""

@@ -1,0 +1,502 @@
+"""The equation of opinion dynamics as compiled functions over plain arrays.
+
+One agent with its neighbours held (what a boat computes) and a small dense network (what theory is checked on) live
+here; large sparse populations are in `population_kernels`. Nothing here knows names, messages, clocks or random
+numbers. Every function is compiled without fast-math and uses its own `tanh`, so that the same inputs give the same
+bits on every machine, for every number of threads, and inside or outside a vectorised loop.
+
+Sections cited as "gcid.md n"; paper equations are those of Paine & Benjamin.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import njit, types
+from numba.extending import intrinsic
+
+MAX_SUBSTEPS = 200
+"""Most Runge-Kutta sub-steps in one update (gcid.md 4)."""
+
+_SATURATED = 20.0  # tanh(20) is 1 to the last bit of a double
+_ROUND = 6755399441055744.0  # 1.5 * 2**52: adding it rounds to an integer kept in the low bits
+_LOG2_E = 1.4426950408889634
+_LN2_HIGH = 6.93147180369123816490e-01  # ln 2 in two parts, so that k * high is exact for the k that occur
+_LN2_LOW = 1.90821492927058770002e-10
+
+
+@intrinsic  # type: ignore[misc]
+def _bits_of(typing_context: Any, x: Any) -> Any:
+    def emit(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.bitcast(args[0], ir.IntType(64))
+
+    return types.int64(types.float64), emit
+
+
+@intrinsic  # type: ignore[misc]
+def _double_of(typing_context: Any, x: Any) -> Any:
+    def emit(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.bitcast(args[0], ir.DoubleType())
+
+    return types.float64(types.int64), emit
+
+
+@njit(cache=True, inline="always", error_model="numpy")
+def tanh(x: float) -> float:
+    """Hyperbolic tangent, exactly odd, within 2 units in the last place, NaN for NaN.
+
+    tanh t = e / (e + 2) with e = exp(2t) - 1 keeps full relative accuracy near 0. The library's tanh would be as good,
+    but differs between platforms and is not vectorised by the compiler; this one is branch-free.
+    """
+    magnitude = abs(x)
+    t = 2.0 * (_SATURATED if magnitude > _SATURATED else magnitude)
+    shifted = t * _LOG2_E + _ROUND
+    k = shifted - _ROUND
+    r = (t - k * _LN2_HIGH) - k * _LN2_LOW  # |r| <= ln(2)/2
+    r2 = r * r
+    r4 = r2 * r2
+    low = (1 / 2 + r * (1 / 6)) + r2 * (1 / 24 + r * (1 / 120))
+    middle = (1 / 720 + r * (1 / 5040)) + r2 * (1 / 40320 + r * (1 / 362880))
+    high = (1 / 3628800 + r * (1 / 39916800)) + r2 * (1 / 479001600 + r * (1 / 6227020800))
+    expm1_r = r + r2 * (low + r4 * (middle + r4 * high))
+    scale = _double_of((_bits_of(shifted) + 1023) << 52)  # 2**k
+    e = scale * expm1_r + (scale - 1.0)
+    return np.copysign(e / (e + 2.0), x)
+
+
+@njit(cache=True, error_model="numpy")
+def tanh_array(x: np.ndarray, out: np.ndarray) -> None:
+    """`tanh` of every element of the one-dimensional `x` into `out`."""
+    for i in range(x.size):
+        out[i] = tanh(x[i])
+
+
+@njit(cache=True, inline="always", error_model="numpy")
+def power(base: float, exponent: float) -> float:
+    """base ** exponent for base >= 0; small whole exponents by multiplication, 0 ** n = 0."""
+    if exponent == 2.0:
+        return base * base
+    if exponent == 3.0:
+        return base * base * base
+    if exponent == 1.0:
+        return base
+    if exponent == 4.0:
+        return (base * base) * (base * base)
+    return base**exponent
+
+
+@njit(cache=True, inline="always", error_model="numpy")
+def hill(y: float, u_min: float, u_max: float, y_th: float, n: float) -> float:
+    """S_u(y) = u_min + (u_max - u_min) y^n / (y_th^n + y^n), written so that no power overflows."""
+    ratio = y / y_th
+    if ratio <= 1.0:
+        p = power(ratio, n)
+        return u_min + (u_max - u_min) * (p / (1.0 + p))
+    p = power(1.0 / ratio, n)
+    return u_min + (u_max - u_min) / (1.0 + p)
+
+
+# --------------------------------------------------------------------------------------------- one agent
+
+
+@njit(cache=True, error_model="numpy")
+def hear(
+    now: float,
+    stale: float,
+    count: int,
+    record_time: np.ndarray,
+    record_z: np.ndarray,
+    record_square: np.ndarray,
+    heard_sum: np.ndarray,
+) -> float:
+    """Sum the fresh neighbours' opinions into `heard_sum` (N_O); return the sum of their mean squares.
+
+    A record counts while now - time <= stale (gcid.md 7). record_z is (K, N_O), of which `count` rows are in use.
+    """
+    n_o = heard_sum.size
+    for j in range(n_o):
+        heard_sum[j] = 0.0
+    square = 0.0
+    for k in range(count):
+        if now - record_time[k] <= stale:
+            for j in range(n_o):
+                heard_sum[j] += record_z[k, j]
+            square += record_square[k]
+    return square
+
+
+@njit(cache=True, error_model="numpy")
+def project_active(z: np.ndarray, active: np.ndarray) -> None:
+    """Zero the inactive opinions and subtract the mean of the active ones, in place."""
+    total = 0.0
+    n = 0
+    for j in range(z.size):
+        if active[j]:
+            total += z[j]
+            n += 1
+        else:
+            z[j] = 0.0
+    if n > 0:
+        mean = total / n
+        for j in range(z.size):
+            if active[j]:
+                z[j] -= mean
+
+
+@njit(cache=True, inline="always", error_model="numpy")
+def substeps(dt: float, rate: float) -> int:
+    """How many equal Runge-Kutta steps an update of dt needs: rate * step <= 0.2, within [1, MAX_SUBSTEPS]."""
+    m = np.ceil(dt * rate / 0.2)
+    if not m >= 1.0:
+        return 1
+    return MAX_SUBSTEPS if m > MAX_SUBSTEPS else int(m)
+
+
+@njit(cache=True, inline="always", error_model="numpy")
+def _agent_rate(
+    z: np.ndarray,
+    u: float,
+    resistance: np.ndarray,
+    b: np.ndarray,
+    active: np.ndarray,
+    n_active: int,
+    constant: np.ndarray,
+    pairs: int,
+    row_of: np.ndarray,
+    column_of: np.ndarray,
+    slope: np.ndarray,
+    offset: np.ndarray,
+    argument: np.ndarray,
+    rate: np.ndarray,
+) -> float:
+    """Projected z' of one agent into `rate` (0 where inactive); returns its own mean square."""
+    square = 0.0
+    for j in range(z.size):
+        rate[j] = constant[j]
+        square += z[j] * z[j]  # inactive ones are 0
+    for p in range(pairs):
+        argument[p] = slope[p] * z[column_of[p]] + offset[p]
+    for p in range(pairs):
+        argument[p] = tanh(argument[p])
+    for p in range(pairs):
+        rate[row_of[p]] += argument[p]
+    mean = 0.0
+    for j in range(z.size):
+        if active[j]:
+            rate[j] = u * rate[j] - resistance[j] * z[j] + b[j]
+            mean += rate[j]
+    mean /= n_active
+    for j in range(z.size):
+        if active[j]:
+            rate[j] -= mean
+    return square / n_active
+
+
+@njit(cache=True, error_model="numpy")
+def agent_step(
+    z: np.ndarray,
+    u: float,
+    dt: float,
+    resistance: np.ndarray,
+    own: np.ndarray,
+    heard: np.ndarray,
+    heard_sum: np.ndarray,
+    heard_square: float,
+    b: np.ndarray,
+    active: np.ndarray,
+    tau_u: float,
+    u_min: float,
+    u_max: float,
+    y_th: float,
+    n: float,
+) -> float:
+    """Integrate one agent's opinions (in place) and attention (returned) over dt by equal classical RK4 steps.
+
+    Paper equations (2) and (5) with inputs and neighbours held: z (N_O), own[j, l] = A_ii^jl, heard[j, l] = A_ik^jl for
+    every neighbour, heard_sum the sum of the neighbours' opinions, heard_square the sum of their mean squares. Options
+    that are not active have no row and no term.
+
+    The step follows gcid.md 4 in spirit, rate * step <= 0.2, with the rates of the system that is integrated: the
+    agent's own couplings (held neighbours shift the argument of tanh but add no rate), attention's 1/tau_u, and the
+    speed at which the arguments of tanh move at the start, without which a large new input would jump over the bend
+    of tanh in one step.
+    """
+    n_o = z.size
+    project_active(z, active)
+    # Gather the live pairs. A pair without own coupling saturates a constant, computed once.
+    row_of = np.empty(n_o * n_o, np.int64)
+    column_of = np.empty(n_o * n_o, np.int64)
+    slope = np.empty(n_o * n_o)
+    offset = np.empty(n_o * n_o)
+    constant = np.zeros(n_o)
+    pairs = 0
+    n_active = 0
+    fastest = 1.0 / tau_u
+    for j in range(n_o):
+        if not active[j]:
+            continue
+        n_active += 1
+        row_sum = 0.0
+        for option in range(n_o):
+            if not active[option]:
+                continue
+            shift = heard[j, option] * heard_sum[option]
+            if own[j, option] == 0.0:
+                if shift != 0.0:
+                    constant[j] += tanh(shift)
+            else:
+                row_of[pairs] = j
+                column_of[pairs] = option
+                slope[pairs] = own[j, option]
+                offset[pairs] = shift
+                row_sum += abs(own[j, option])
+                pairs += 1
+        fastest = max(fastest, resistance[j] + u_max * row_sum)
+    if n_active == 0:
+        return u
+    argument = np.empty(pairs)
+    stage_z = np.empty(n_o)
+    rate_z = np.zeros(n_o)
+    sum_z = np.empty(n_o)
+    _agent_rate(
+        z, u, resistance, b, active, n_active, constant, pairs, row_of, column_of, slope, offset, argument, rate_z
+    )
+    speed = 0.0
+    for p in range(pairs):
+        speed = max(speed, abs(slope[p] * rate_z[column_of[p]]))
+    m = substeps(dt, fastest + speed)
+    h = dt / m
+    for _ in range(m):
+        sum_u = 0.0
+        stage_u = u
+        for j in range(n_o):
+            stage_z[j] = z[j]
+            sum_z[j] = 0.0
+        for stage in range(4):
+            square = _agent_rate(
+                stage_z, stage_u, resistance, b, active, n_active, constant, pairs, row_of, column_of, slope, offset,
+                argument, rate_z,
+            )  # fmt: skip
+            rate_u = (hill(square + heard_square, u_min, u_max, y_th, n) - stage_u) / tau_u
+            weight = 1.0 if stage == 0 or stage == 3 else 2.0
+            ahead = h if stage == 2 else 0.5 * h
+            for j in range(n_o):
+                sum_z[j] += weight * rate_z[j]
+                stage_z[j] = z[j] + ahead * rate_z[j]
+            sum_u += weight * rate_u
+            stage_u = u + ahead * rate_u
+        for j in range(n_o):
+            z[j] += (h / 6.0) * sum_z[j]
+        u += (h / 6.0) * sum_u
+    project_active(z, active)
+    return min(max(u, u_min), u_max)  # only round-off can leave the range
+
+
+@njit(cache=True, error_model="numpy")
+def agent_step_reference(
+    z: np.ndarray,
+    u: float,
+    dt: float,
+    resistance: np.ndarray,
+    own: np.ndarray,
+    heard: np.ndarray,
+    heard_sum: np.ndarray,
+    heard_square: float,
+    b: np.ndarray,
+    active: np.ndarray,
+    tau_u: float,
+    u_min: float,
+    u_max: float,
+    y_th: float,
+    n: float,
+) -> float:
+    """One step exactly as the authors' implementation takes it (gcid.md 2, variant `reference`).
+
+    Explicit Euler, attention first and the new attention in the opinions; cross terms keep what neighbours say about
+    an option that is inactive here; the result is centred over all options, inactive ones included.
+    """
+    n_o = z.size
+    n_active = 0
+    y = 0.0
+    for j in range(n_o):
+        if active[j]:
+            n_active += 1
+            y += z[j] * z[j]
+        else:
+            z[j] = 0.0
+    if n_active == 0:
+        return u
+    y = y / n_active + heard_square
+    u += dt * (hill(y, u_min, u_max, y_th, n) - u) / tau_u
+    u = min(max(u, u_min), u_max)
+    force = np.zeros(n_o)
+    mean = 0.0
+    for j in range(n_o):
+        if active[j]:
+            total = tanh(own[j, j] * z[j] + heard[j, j] * heard_sum[j])
+            for option in range(n_o):
+                if option != j:
+                    total += tanh(own[j, option] * z[option] + heard[j, option] * heard_sum[option])
+            force[j] = -resistance[j] * z[j] + b[j] + u * total
+            mean += force[j]
+    mean /= n_active
+    centre = 0.0
+    for j in range(n_o):
+        if active[j]:
+            z[j] += dt * (force[j] - mean)
+        centre += z[j]
+    centre /= n_o
+    for j in range(n_o):
+        z[j] -= centre
+    return u
+
+
+@njit(cache=True, error_model="numpy")
+def agent_update(
+    z: np.ndarray,
+    u: float,
+    dt: float,
+    now: float,
+    stale: float,
+    count: int,
+    record_time: np.ndarray,
+    record_z: np.ndarray,
+    record_square: np.ndarray,
+    heard_sum: np.ndarray,
+    resistance: np.ndarray,
+    own: np.ndarray,
+    heard: np.ndarray,
+    b: np.ndarray,
+    active: np.ndarray,
+    tau_u: float,
+    u_min: float,
+    u_max: float,
+    y_th: float,
+    n: float,
+    reference: bool,
+) -> tuple[float, float]:
+    """`hear`, then one update of either variant: (new attention, the neighbours' part of y). z changes in place."""
+    square = hear(now, stale, count, record_time, record_z, record_square, heard_sum)
+    if reference:
+        u = agent_step_reference(
+            z, u, dt, resistance, own, heard, heard_sum, square, b, active, tau_u, u_min, u_max, y_th, n
+        )
+    else:
+        u = agent_step(
+            z, u, dt, resistance, own, heard, heard_sum, square, b, active, tau_u, u_min, u_max, y_th, n
+        )
+    return u, square
+
+
+# ----------------------------------------------------------------------------------------- a dense network
+
+
+@njit(cache=True, error_model="numpy")
+def network_rate(
+    z: np.ndarray,
+    u: np.ndarray,
+    tensor: np.ndarray,
+    links: np.ndarray,
+    resistance: np.ndarray,
+    b: np.ndarray,
+    active: np.ndarray,
+    rate: np.ndarray,
+    y: np.ndarray,
+) -> None:
+    """Right-hand side of paper equation (2) and the y_i of (5), for all agents of a dense network.
+
+    z, resistance, b, active, rate (N_a, N_O); u, y (N_a); tensor[i, j, k, l] = A_ik^jl, zero where there is no link;
+    links[i, k] = abar_ik with self-loops. The neighbours' opinions are summed inside one tanh per pair of options.
+    """
+    n_a, n_o = z.shape
+    argument = np.empty(n_o)
+    for i in range(n_a):
+        n_active = 0
+        mean = 0.0
+        for j in range(n_o):
+            rate[i, j] = 0.0
+            if not active[i, j]:
+                continue
+            n_active += 1
+            for option in range(n_o):
+                argument[option] = 0.0
+            for k in range(n_a):
+                for option in range(n_o):
+                    argument[option] += tensor[i, j, k, option] * z[k, option]
+            total = 0.0
+            for option in range(n_o):
+                if active[i, option]:
+                    total += tanh(argument[option])
+            rate[i, j] = -resistance[i, j] * z[i, j] + u[i] * total + b[i, j]
+            mean += rate[i, j]
+        if n_active > 0:
+            mean /= n_active
+        for j in range(n_o):
+            if active[i, j]:
+                rate[i, j] -= mean
+        y[i] = 0.0
+        for k in range(n_a):
+            if links[i, k] != 0.0:
+                square = 0.0
+                options = 0
+                for option in range(n_o):
+                    if active[k, option]:
+                        heard = links[i, k] * z[k, option]
+                        square += heard * heard
+                        options += 1
+                if options > 0:
+                    y[i] += square / options
+
+
+@njit(cache=True, error_model="numpy")
+def network_rk4(
+    z: np.ndarray,
+    u: np.ndarray,
+    dt: float,
+    steps: int,
+    tensor: np.ndarray,
+    links: np.ndarray,
+    resistance: np.ndarray,
+    b: np.ndarray,
+    active: np.ndarray,
+    attention: np.ndarray,
+    dynamic: bool,
+) -> None:
+    """Advance z and u in place by `steps` classical RK4 steps of dt / steps, all agents coupled at every stage.
+
+    attention is (N_a, 5): tau_u, u_min, u_max, y_th, n; with dynamic False the attention stays as given.
+    """
+    n_a, n_o = z.shape
+    h = dt / steps
+    stage_z = np.empty((n_a, n_o))
+    stage_u = np.empty(n_a)
+    rate = np.empty((n_a, n_o))
+    y = np.empty(n_a)
+    sum_z = np.empty((n_a, n_o))
+    sum_u = np.empty(n_a)
+    for _ in range(steps):
+        stage_z[:] = z
+        stage_u[:] = u
+        sum_z[:] = 0.0
+        sum_u[:] = 0.0
+        for stage in range(4):
+            network_rate(stage_z, stage_u, tensor, links, resistance, b, active, rate, y)
+            weight = 1.0 if stage == 0 or stage == 3 else 2.0
+            ahead = h if stage == 2 else 0.5 * h
+            for i in range(n_a):
+                for j in range(n_o):
+                    sum_z[i, j] += weight * rate[i, j]
+                    stage_z[i, j] = z[i, j] + ahead * rate[i, j]
+                if dynamic:
+                    target = hill(y[i], attention[i, 1], attention[i, 2], attention[i, 3], attention[i, 4])
+                    rate_u = (target - stage_u[i]) / attention[i, 0]
+                    sum_u[i] += weight * rate_u
+                    stage_u[i] = u[i] + ahead * rate_u
+        for i in range(n_a):
+            for j in range(n_o):
+                z[i, j] += (h / 6.0) * sum_z[i, j]
+            if dynamic:
+                u[i] = min(max(u[i] + (h / 6.0) * sum_u[i], attention[i, 1]), attention[i, 2])
+            project_active(z[i], active[i])

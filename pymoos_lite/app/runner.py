@@ -1,0 +1,270 @@
+"""Runs one app: ticks, mail, iteration, status and reports, the same in every host.
+
+The runner holds no thread and never sleeps. A host asks `next_deadline`, calls `step` when it has
+come (or when mail came, if `wakes_on_mail`), and catches what the app raises.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from pymoos_lite.app.base import App
+from pymoos_lite.core.message import Message
+from pymoos_lite.records.appcast import AppCast, AppCastRequest, LoadCastRequest
+from pymoos_lite.records.csp import RecordError
+
+STATUS_PERIOD = 2.0
+"""Mission seconds between two `<APP>_STATUS` posts."""
+
+MAX_REQUESTERS = 100
+FREE_RUNNING_RATE = 1000.0
+"""Rate (Hz, mission time) of an app that asks to run flat out; virtual time needs some bound."""
+
+
+class Meter(Protocol):
+    """What a host can say about the cost of an app."""
+
+    def cpu_load(self) -> float:
+        """Percent of one core since the last call."""
+        ...
+
+    def memory_kb(self) -> tuple[int, int]:
+        """Resident memory now and at its highest, in kilobytes."""
+        ...
+
+
+class NoMeter:
+    """Costs that are the same in every run: none. Lockstep runs must not differ by them."""
+
+    def cpu_load(self) -> float:
+        return 0.0
+
+    def memory_kb(self) -> tuple[int, int]:
+        return 0, 0
+
+
+class AppRunner:
+    """One app's life from start-up to quitting."""
+
+    def __init__(self, app: App, meter: Meter | None = None) -> None:
+        self.app = app
+        self.name = app.name
+        self.meter = meter or NoMeter()
+        rate = app.tick_rate
+        self.period = 1.0 / rate if rate > 0.0 else 1.0 / FREE_RUNNING_RATE
+        self.mode = app.config.iteratemode if app.config.iteratemode in (0, 1, 2) else 0
+        max_rate = app.config.maxapptick
+        self._min_gap = 1.0 / max_rate if max_rate > 0.0 else 0.0
+        self._command = f"{app.name.upper()}_CMD" if app.config.catchcommandmessages else ""
+        self._sort = bool(app.config.sortmailbytime)
+        self._was_connected = False
+        self._next_iteration = self._anchor = 0.0
+        self._ticks = 0
+        self._last_iteration = float("-inf")
+        self._next_status = 0.0
+        self._last_report = float("-inf")
+        self._requests: dict[str, AppCastRequest] = {}
+        self._request_ends: dict[str, float] = {}
+        self._load_until = float("-inf")
+
+    @property
+    def wakes_on_mail(self) -> bool:
+        """Whether the app wants its mail (and in mode 1 an iteration) before the next tick."""
+        return self.mode != 0
+
+    def start(self, now: float) -> None:
+        """Run the app's start-up; what it raises is the host's to report."""
+        app = self.app
+        app.now = app.started = now
+        self._next_iteration = self._anchor = now
+        self._next_status = now
+        context = app.context
+        if not context.community:
+            app.config_warning("Community/Vehicle name not found in mission file")
+        if not context.has_block and not app.BLOCK_OPTIONAL:
+            app.config_warning(f"No mission config block found for {app.name}")
+        app.on_start_up()
+
+    def next_deadline(self) -> float:
+        """Mission time at which `step` is next due (in mode 1 waiting mail may bring it forward)."""
+        if self.mode == 1 and self.app.connection.has_mail():
+            return min(self._next_iteration, self._last_iteration + self._min_gap)
+        return self._next_iteration
+
+    def mail_due(self, now: float) -> bool:
+        """Whether waiting mail may be handed over now rather than at the next tick."""
+        return self.mode == 2 or (self.mode == 1 and now - self._last_iteration >= self._min_gap)
+
+    def step(self, now: float) -> None:
+        """Do what is due at mission time `now`: connect, mail, iterate, report.
+
+        Raises:
+            Quit: the app is done.
+            Exception: whatever else the app raised.
+        """
+        app = self.app
+        app.now = now
+        connection = app.connection
+        if connection.connected:
+            if not self._was_connected:
+                self._was_connected = True
+                self._on_connect()
+        elif self._was_connected:
+            self._was_connected = False
+        due = now >= self._next_iteration
+        mail_due = due or (connection.has_mail() and self.mail_due(now))
+        if mail_due:
+            mail = connection.take_mail()
+            if mail:
+                self._deliver(mail)
+        for notice in connection.take_notices():
+            app.run_warning(notice)
+        if self.mode == 1 and mail_due:
+            due = True
+        if due and self._was_connected:
+            self._iterate(now)
+        if due:
+            # Counted from an anchor, so that ticks neither drift nor pile up rounding; an overrun
+            # is not caught up (community.md 7.2).
+            self._ticks += 1
+            self._next_iteration = self._anchor + self._ticks * self.period
+            if self._next_iteration <= now or self.mode == 1:
+                self._anchor, self._ticks = now, 1
+                self._next_iteration = now + self.period
+
+    def finish(self, now: float) -> None:
+        """End the app in an orderly way."""
+        self.app.now = now
+        self.app.on_quit()
+
+    # --- inside ------------------------------------------------------------------------------
+
+    def _on_connect(self) -> None:
+        app = self.app
+        for name in ("APPCAST_REQ", "LOADCAST_REQ"):
+            app.register(name)
+        if self._command:
+            app.register(self._command)
+        app.on_connect()
+
+    def _deliver(self, mail: list[Message]) -> None:
+        app = self.app
+        kept: list[Message] = []
+        command = self._command
+        for message in mail:
+            name = message.name
+            if name == "APPCAST_REQ":
+                self._on_appcast_request(message.text)
+            elif name == "LOADCAST_REQ":
+                self._on_loadcast_request(message.text)
+            elif name == command:
+                app.on_command(message)
+            else:
+                kept.append(message)
+        if not kept:
+            return
+        if self._sort and len(kept) > 1:
+            last = kept[0].time
+            for message in kept:
+                if message.time < last:
+                    kept.sort(key=_time_of)
+                    break
+                last = message.time
+        app.on_mail(kept)
+
+    def _iterate(self, now: float) -> None:
+        app = self.app
+        app.iteration += 1
+        loaded = now < self._load_until
+        began = app.clock.now() if loaded else now
+        app.iterate()
+        if loaded:
+            length = (app.clock.now() - began) * app.tick_rate
+            gap = (now - self._last_iteration) * app.tick_rate
+            upper = app.name.upper()
+            if app.iteration > 1:
+                app.notify(f"{upper}_ITER_GAP", gap)
+            app.notify(f"{upper}_ITER_LEN", length)
+        self._last_iteration = now
+        if now >= self._next_status:
+            self._next_status = now + STATUS_PERIOD
+            app.notify(f"{app.name.upper()}_STATUS", self._status(now))
+        if self._requests or app.iteration <= 2 or app.log.fresh_config_warning:
+            self._report(now)
+
+    def _status(self, now: float) -> str:
+        memory, peak = self.meter.memory_kb()
+        app = self.app
+        published, subscribed = self._traffic()
+        return (
+            f"AppErrorFlag=false,Uptime={now - app.started:.6g},cpuload={self.meter.cpu_load():.4g},"
+            f"memory_kb={memory},memory_max_kb={peak},MOOSName={app.name},"
+            f'Publishing="{published}",Subscribing="{subscribed}"{app.status_suffix()}'
+        )
+
+    def _traffic(self) -> tuple[str, str]:
+        connection = self.app.connection
+        published = "".join(f"{n}," for n in connection.published_names())
+        subscribed = "".join(f"{n}," for n in connection.registered_names())
+        return published, subscribed
+
+    # --- reports -----------------------------------------------------------------------------
+
+    def _on_appcast_request(self, text: str) -> None:
+        try:
+            request = AppCastRequest.parse(text)
+        except RecordError:
+            return
+        app = self.app
+        if not request.asks(app.community, app.name):
+            return
+        self._requests[request.key] = request
+        self._request_ends[request.key] = app.now + request.duration
+        while len(self._requests) > MAX_REQUESTERS:  # a flood of keys must not grow without bound
+            oldest = next(iter(self._requests))
+            del self._requests[oldest], self._request_ends[oldest]
+
+    def _on_loadcast_request(self, text: str) -> None:
+        try:
+            request = LoadCastRequest.parse(text)
+        except RecordError:
+            return
+        if request.asks(self.app.name):
+            self._load_until = self.app.now + request.duration
+
+    def _report(self, now: float) -> None:
+        app = self.app
+        for key in [k for k, end in self._request_ends.items() if now > end]:
+            del self._requests[key], self._request_ends[key]
+        if (now - self._last_report) / app.clock.warp < app.config.term_report_interval:
+            return
+        log = app.log
+        wanted = app.iteration <= 2 or log.fresh_config_warning
+        for request in self._requests.values():
+            if request.thresh == "any" or log.fresh_run_warning:
+                wanted = True
+        if not wanted:
+            return
+        self._last_report = now
+        app.notify("APPCAST", self.cast().to_text())
+        log.fresh_run_warning = log.fresh_config_warning = False
+
+    def cast(self) -> AppCast:
+        """The app's report as it stands."""
+        app = self.app
+        log = app.log
+        return AppCast(
+            proc=app.name,
+            node=app.community,
+            iteration=app.iteration,
+            messages=tuple(line for part in app.report() for line in str(part).split("\n")),
+            config_warnings=tuple(log.config_warnings),
+            events_total=log.events_total,
+            events=tuple(f"[{age:.2f}]: {text}" for age, text in log.events),
+            run_warning_total=log.run_warnings_total,
+            run_warnings=tuple(sorted(log.run_warnings.items())),
+        )
+
+
+def _time_of(message: Message) -> float:
+    return message.time

@@ -1,0 +1,76 @@
+"""The built-in apps and behaviours by name: plain text, so that listing them imports none of them.
+
+A newcomer adds an app or a behaviour of this project here, in one line.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """`name` is the MOOS-IvP name, `target` is ``module:Class``, `aliases` are other accepted names.
+
+    `host` marks apps that the host itself provides (the database), which are never instantiated.
+    """
+
+    name: str
+    target: str
+    aliases: tuple[str, ...] = ()
+    doc: str = ""
+    host: bool = False
+
+
+APPS: tuple[Entry, ...] = (
+    Entry("MOOSDB", "", ("database",), "The community database; every host has one built in.", host=True),
+    Entry("pLogger", "pymoos_lite.apps.logger:Logger", ("logger",), "Writes .alog, .slog and .xlog files."),
+    Entry(
+        "uProcessWatch",
+        "pymoos_lite.apps.process_watch:ProcessWatch",
+        ("process_watch",),
+        "Says which apps are missing.",
+    ),
+    Entry(
+        "uTimerScript",
+        "pymoos_lite.apps.timer_script:TimerScript",
+        ("timer_script",),
+        "Posts events by a timetable.",
+    ),
+    Entry(
+        "pEchoVar",
+        "pymoos_lite.apps.echo_var:EchoVar",
+        ("echo_var",),
+        "Posts variables again by other names.",
+    ),
+    Entry(
+        "uSimMarineV22",
+        "pymoos_lite.marine.simulator:Simulator",
+        ("uSimMarine", "simulator"),
+        "Simulates a vessel.",
+    ),
+    Entry(
+        "uSimMarineV23",
+        "pymoos_lite.marine.simulator:SimulatorV23",
+        (),
+        "Simulates a vessel with a sail or fan.",
+    ),
+    Entry(
+        "pMarinePIDV22",
+        "pymoos_lite.marine.pid_app:PidController",
+        ("pMarinePID", "pid"),
+        "Heading, speed and depth control.",
+    ),
+    Entry(
+        "pNodeReporter",
+        "pymoos_lite.marine.node_reporter:NodeReporter",
+        ("node_reporter",),
+        "Publishes node reports.",
+    ),
+    Entry("pHelmIvP", "ivp_helm.app:Helm", ("helm",), "Decides heading and speed by interval programming."),
+)
+
+VIEWERS = ("pMarineViewer", "uMAC", "uMACView", "uXMS", "uFldScope")
+"""Programs of a person's screen: `pymoos` has its own, so a mission that starts them is not faulty."""
+
+BEHAVIORS: tuple[Entry, ...] = ()

@@ -1,0 +1,237 @@
+"""The lockstep host: any number of communities in one process under virtual time.
+
+Apps run as fast as the processor allows, one step at a time, in an order that depends on nothing
+but their deadlines and the order in which they were added. Two runs with equal missions and seeds
+are equal in every message.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from pymoos_lite.app import App, AppContext, AppRunner, Quit
+from pymoos_lite.core.clock import VirtualClock
+from pymoos_lite.core.database import Database
+from pymoos_lite.core.message import Message
+from pymoos_lite.hosts.failures import Failure, describe_failure
+from pymoos_lite.hosts.local import LocalConnection
+from pymoos_lite.hosts.plan import CommunityPlan
+
+
+@dataclass
+class Community:
+    """A database and the apps around it."""
+
+    name: str
+    database: Database
+    runners: list[AppRunner] = field(default_factory=list)
+    mail_driven: list[tuple[int, AppRunner]] = field(default_factory=list)
+
+    def app(self, name: str) -> App:
+        """The running app of that name.
+
+        Raises:
+            KeyError: there is none.
+        """
+        for runner in self.runners:
+            if runner.name == name:
+                return runner.app
+        raise KeyError(name)
+
+
+class Lockstep:
+    """Runs communities in lockstep; see the module.
+
+    `log_dir` is where loggers write; `seed` feeds every app's random numbers.
+    """
+
+    def __init__(self, seed: int = 0, log_dir: Path | None = None, clock: VirtualClock | None = None) -> None:
+        self.clock = clock or VirtualClock()
+        self.seed = seed
+        self.log_dir = log_dir
+        self.communities: dict[str, Community] = {}
+        self.failures: list[Failure] = []
+        self.finished = False
+        self._queue: list[tuple[float, int, Community, AppRunner]] = []
+        self._order = 0
+        self._over: Callable[[], bool] | None = None
+        self._pokes: list[tuple[float, int, str, str, str | float]] = []
+
+    # --- building ----------------------------------------------------------------------------
+
+    def add_plan(self, plan: CommunityPlan) -> Community:
+        """Add a community and all its apps, and start them.
+
+        Raises:
+            ValueError: a community of that name was added before.
+        """
+        community = self.add_community(plan.community or "community")
+        names = tuple(plan.app_names)
+        for app_plan in plan.apps:
+            self.add_app(
+                community,
+                app_plan.cls,
+                AppContext(
+                    name=app_plan.name,
+                    community=plan.community,
+                    clock=self.clock,
+                    connection=LocalConnection(community.database, app_plan.name, self.clock),
+                    lines=app_plan.lines,
+                    globals=plan.globals,
+                    mission_file=plan.mission.file,
+                    mission_dir=plan.mission_dir,
+                    log_dir=self.log_dir,
+                    seed=self.seed,
+                    apps=names,
+                    has_block=app_plan.has_block,
+                    deterministic=True,
+                ),
+            )
+        return community
+
+    def add_community(self, name: str) -> Community:
+        """Add an empty community.
+
+        Raises:
+            ValueError: the name is taken.
+        """
+        if name in self.communities:
+            raise ValueError(f"there are two communities named '{name}': give each its own Community line")
+        community = Community(name, Database(name, self.clock.now()))
+        self.communities[name] = community
+        return community
+
+    def add_app(self, community: Community, cls: type[App], context: AppContext) -> AppRunner | None:
+        """Make and start an app; None (and an entry in `failures`) if it does not start."""
+        try:
+            runner = AppRunner(cls(context))
+            runner.start(self.clock.now())
+        except Exception as error:
+            self._failed(community, context.name, error, "start-up")
+            context.connection.close("failed")
+            return None
+        community.runners.append(runner)
+        self._order += 1
+        if runner.wakes_on_mail:
+            community.mail_driven.append((self._order, runner))
+        heapq.heappush(self._queue, (runner.next_deadline(), self._order, community, runner))
+        return runner
+
+    def poke(self, at: float, name: str, value: str | float, community: str = "") -> None:
+        """Post `name` = `value` at `at` mission seconds from the start, to one or all communities."""
+        self._order += 1
+        heapq.heappush(self._pokes, (self.clock.start + at, self._order, community, name, value))
+
+    def end_when(self, over: Callable[[], bool]) -> None:
+        """Make `run` stop early once `over()` is true; asked once per mission second."""
+        self._over = over
+
+    # --- running -----------------------------------------------------------------------------
+
+    @property
+    def elapsed(self) -> float:
+        """Mission seconds since the start."""
+        return self.clock.now() - self.clock.start
+
+    def run(self, duration: float, progress: Callable[[float], None] | None = None) -> None:
+        """Advance by `duration` mission seconds; `progress` hears of each whole second reached."""
+        self.run_until(self.clock.now() + duration, progress)
+
+    def run_until(self, end: float, progress: Callable[[float], None] | None = None) -> None:
+        """Advance to mission time `end`; steps due exactly then are left for the next call."""
+        queue = self._queue
+        clock = self.clock
+        next_progress = clock.now()
+        while queue and queue[0][0] < end and not self.finished:
+            when = queue[0][0]
+            if self._pokes and self._pokes[0][0] <= when:
+                self._release_pokes(max(when, clock.now()))
+                continue
+            if when > clock.now():
+                clock.advance_to(when)
+            now = clock.now()
+            _, order, community, runner = heapq.heappop(queue)
+            # A mail-driven app may have moved its own deadline since it was queued.
+            if runner.next_deadline() > when and not (
+                runner.wakes_on_mail and runner.app.connection.has_mail()
+            ):
+                heapq.heappush(queue, (runner.next_deadline(), order, community, runner))
+                continue
+            database = community.database
+            if database.next_deadline() <= now:
+                database.tick(now)
+            if self._step(community, runner, now):
+                heapq.heappush(queue, (runner.next_deadline(), order, community, runner))
+            if community.mail_driven:
+                self._serve_mail_driven(community, now)
+            if now >= next_progress:
+                next_progress = now + 1.0
+                if progress is not None:
+                    progress(now - clock.start)
+                if self._over is not None and self._over():
+                    return
+        if not self.finished and clock.now() < end < float("inf"):
+            while self._pokes and self._pokes[0][0] < end:
+                self._release_pokes(end)
+            clock.advance_to(end)
+
+    def stop(self) -> None:
+        """End every app in an orderly way."""
+        now = self.clock.now()
+        for community in self.communities.values():
+            for runner in list(community.runners):
+                self._finish(community, runner, now)
+        self.finished = True
+
+    # --- inside ------------------------------------------------------------------------------
+
+    def _step(self, community: Community, runner: AppRunner, now: float) -> bool:
+        try:
+            runner.step(now)
+        except Quit:
+            self._finish(community, runner, now)
+            return False
+        except Exception as error:
+            self._failed(community, runner.name, error, "iteration")
+            self._remove(community, runner)
+            return False
+        return True
+
+    def _serve_mail_driven(self, community: Community, now: float) -> None:
+        # Bounded, so that two apps that answer each other's mail cannot stop time.
+        for _ in range(100):
+            waiting = [r for _, r in community.mail_driven if r.app.connection.has_mail() and r.mail_due(now)]
+            if not waiting:
+                return
+            for runner in waiting:
+                if not self._step(community, runner, now):
+                    self._queue = [entry for entry in self._queue if entry[3] is not runner]
+                    heapq.heapify(self._queue)
+
+    def _release_pokes(self, now: float) -> None:
+        when, _, target, name, value = heapq.heappop(self._pokes)
+        when = max(when, self.clock.now())
+        self.clock.advance_to(when)
+        for community in self.communities.values():
+            if target in ("", community.name):
+                message = Message(name, value, when, "pymoos_poke", "", community.name)
+                community.database.publish("pymoos_poke", message, when)
+
+    def _finish(self, community: Community, runner: AppRunner, now: float) -> None:
+        try:
+            runner.finish(now)
+        except Exception as error:
+            self._failed(community, runner.name, error, "quitting")
+        self._remove(community, runner)
+
+    def _remove(self, community: Community, runner: AppRunner) -> None:
+        if runner in community.runners:
+            community.runners.remove(runner)
+        community.mail_driven = [(o, r) for o, r in community.mail_driven if r is not runner]
+        runner.app.connection.close("quit")
+
+    def _failed(self, community: Community, name: str, error: BaseException, during: str) -> None:
+        self.failures.append(describe_failure(community.name, name, error, during))

@@ -1,0 +1,38 @@
+"""``pymoos check MISSION``: everything that is wrong with a mission, at once, without running it."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from pymoos_lite.config.problems import Problem
+from pymoos_lite.hosts.plan import CommunityPlan
+from pymoos_lite.tools.mission import MissionError, add_mission_arguments, load_plan, parse_settings
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_mission_arguments(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    try:
+        plan = load_plan(args.mission, parse_settings(args.set))
+    except MissionError as error:
+        print(error, file=sys.stderr)
+        return 1
+    problems = [*plan.problems, *deeper_problems(plan)]
+    for problem in problems:
+        print(problem)
+    bad = [p for p in problems if args.strict or p.severity == "error"]
+    apps = ", ".join(plan.app_names) or "no apps"
+    warnings = len(problems) - len([p for p in problems if p.severity == "error"])
+    print(f"{plan.mission.file}: {len(problems) - warnings} errors, {warnings} warnings; would run {apps}")
+    return 1 if bad else 0
+
+
+def deeper_problems(plan: CommunityPlan) -> list[Problem]:
+    """What apps find wrong with the files they name (a helm with its `.bhv` file)."""
+    found: list[Problem] = []
+    for app in plan.apps:
+        found += app.cls.check_block(app.lines, plan.mission_dir, plan.mission.file)
+    return found

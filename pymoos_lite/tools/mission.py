@@ -1,0 +1,87 @@
+"""What the commands that take a mission share: their arguments and how they tell its problems."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterable, Mapping
+
+from pymoos_lite.config.conditions import Condition, ConditionError, parse_condition
+from pymoos_lite.config.problems import Problem
+from pymoos_lite.core.message import Value
+from pymoos_lite.hosts.mission import MissionError, load_plan, parse_settings, shipped_missions
+from pymoos_lite.hosts.plan import CommunityPlan
+
+__all__ = [
+    "EndCondition",
+    "MissionError",
+    "add_mission_arguments",
+    "end_condition",
+    "load_plan",
+    "parse_settings",
+    "report_problems",
+    "shipped_missions",
+]
+
+
+class EndCondition:
+    """When a mission is over, judged by the last values of the variables it names."""
+
+    def __init__(self, condition: Condition) -> None:
+        self._condition = condition
+        self.variables = condition.variables()
+
+    def holds(self, values: Mapping[str, Value]) -> bool:
+        """Whether the mission is over, given the last value of each variable."""
+
+        def known(name: str) -> float | str | None:
+            value = values.get(name)
+            return None if isinstance(value, bytes) else value
+
+        return self._condition.holds(known)
+
+
+def end_condition(plan: CommunityPlan, text: str | None) -> EndCondition | None:
+    """The end of a mission: `text`, or the mission file's own ``EndWhen = CONDITION`` line.
+
+    Raises:
+        MissionError: the condition cannot be read.
+    """
+    where = "--until"
+    if text is None:
+        line = plan.mission.find_global("EndWhen")
+        if line is None:
+            return None
+        text, where = line.value, f"{plan.mission.file}:{line.line}: EndWhen"
+    try:
+        return EndCondition(parse_condition(text))
+    except ConditionError as error:
+        raise MissionError(f"{where}: {error}") from None
+
+
+def add_mission_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments that `launch`, `sim` and `check` share."""
+    parser.add_argument(
+        "mission", metavar="MISSION", help="a .moos file, a folder, or the name of a shipped mission"
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="replace the value of a line; APP.NAME=VALUE touches one block only (repeatable)",
+    )
+    parser.add_argument(
+        "--strict",
+        action="store_true",
+        help="refuse a mission with an unknown app or parameter instead of warning",
+    )
+
+
+def report_problems(problems: Iterable[Problem], strict: bool) -> bool:
+    """Print problems to stderr; True if the mission must not run."""
+    refused = False
+    for problem in problems:
+        print(problem, file=sys.stderr)
+        refused = refused or strict or problem.severity == "error"
+    return refused
