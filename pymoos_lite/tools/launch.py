@@ -92,9 +92,7 @@ def run(args: argparse.Namespace) -> int:
     try:
         check_warp(plan.warp)
         if args.processes:
-            host: RealtimeHost = ProcessHost(
-                plan, options, args.mission, parse_settings(args.set), screen.tell
-            )
+            host = ProcessHost(plan, options, args.mission, parse_settings(args.set), screen.tell)
         else:
             host = RealtimeHost(plan, options, tell=screen.tell)
     except (PortError, ValueError) as error:

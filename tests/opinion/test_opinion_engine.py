@@ -21,7 +21,7 @@ STEPS = [json.loads((DATA / name).read_text()) for name in ("case_042.json", "ca
 def option(name, conditions=(), **values):
     return Option(
         name=name,
-        outputs=((f"OPTION", name.upper()),),
+        outputs=(("OPTION", name.upper()),),
         input_variable=f"{name.upper()}_INPUT",
         function_type="none",
         social_mode="custom",
