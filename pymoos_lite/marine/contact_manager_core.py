@@ -74,7 +74,7 @@ class ContactManagerCore:
         self.parameters = parameters
         start, end = parameters.decay
         self._policy = Extrapolation(ExtrapolationMode.HEADING, 0.0, start, end)
-        self.ledger = ContactLedger(geodesy, capacity=parameters.max_contacts + 1)
+        self.ledger = ContactLedger(geodesy, capacity=2 * parameters.max_contacts + 1)
         self.tracked: dict[str, Tracked] = {}
         self.alerts: dict[str, Alert] = {}
         self.requests = RangeRequests(parameters.range_report_timeout, parameters.range_report_maxsize)
@@ -108,10 +108,11 @@ class ContactManagerCore:
                 self._filtered[contact.name] = None
             return
         if contact.name not in self.tracked:
-            if self._beyond_reach(
-                math.hypot(contact.x - (self.own_x or 0.0), contact.y - (self.own_y or 0.0))
-            ):
+            away = math.hypot(contact.x - (self.own_x or 0.0), contact.y - (self.own_y or 0.0))
+            if self._beyond_reach(away, 1.0):
                 return
+            if len(self.tracked) >= 2 * self.parameters.max_contacts:  # more is a flood, not traffic
+                raise ValueError(f"more than {2 * self.parameters.max_contacts} contacts at once")
             self.tracked[contact.name] = Tracked()
             self._new.append(contact.name)
         self._filtered.pop(contact.name, None)
@@ -173,9 +174,9 @@ class ContactManagerCore:
 
     # --- retirement --------------------------------------------------------------------------
 
-    def _beyond_reach(self, distance: float) -> bool:
+    def _beyond_reach(self, distance: float, factor: float) -> bool:
         limit = self.parameters.reject_range
-        return limit is not None and self.own_x is not None and distance > _RETIRE_FACTOR * limit
+        return limit is not None and self.own_x is not None and distance > factor * limit
 
     def _retire(self, now: float, posts: list[Post]) -> None:
         p = self.parameters
@@ -184,7 +185,7 @@ class ContactManagerCore:
             contact = self.ledger.get(name)
             assert contact is not None
             too_old = contact.age(now) > p.contact_max_age
-            if too_old or name in self._filtered or self._beyond_reach(tracked.range_actual):
+            if too_old or name in self._filtered or self._beyond_reach(tracked.range_actual, _RETIRE_FACTOR):
                 gone.append(name)
         excess = len(self.tracked) - len(gone) - p.max_contacts
         if excess > 0:
