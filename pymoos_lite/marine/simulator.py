@@ -11,6 +11,8 @@ from typing import ClassVar
 
 from pymoos_lite.app import App
 from pymoos_lite.core.message import Message
+from pymoos_lite.geometry.angles import angle360
+from pymoos_lite.geometry.attributes import Attributes
 from pymoos_lite.marine.buoyancy import BuoyancyJobs
 from pymoos_lite.marine.datum import mission_geodesy
 from pymoos_lite.marine.drift import Drift
@@ -34,8 +36,10 @@ from pymoos_lite.marine.simulator_config import (
 from pymoos_lite.marine.vessel_model import TurnLaw, VesselModel
 from pymoos_lite.marine.wormholes import Tunnel, merge_wormholes
 from pymoos_lite.records.csp import num
+from pymoos_lite.records.view import Arrow
 
 _MAX_SKEW = 1360.0  # s; the controller on board disbelieves desired values stamped farther from now
+_WIND_SHOWN_EVERY = 50  # iterations
 
 
 class Simulator(App):
@@ -106,6 +110,8 @@ class Simulator(App):
             self._publish()
         if self.iteration == 1 and self._depth_control:
             self.notify("SIMULATION_MODE", "TRUE")
+        if self._wind is not None and self._polar is not None and self.iteration % _WIND_SHOWN_EVERY == 1:
+            self._show_wind(self._wind)
         if self._drift_news:
             self._drift_news = False
             self.notify("USM_DRIFT_SUMMARY", self.drift.summary())
@@ -251,6 +257,11 @@ class Simulator(App):
         for vessel in self._vessels:
             vessel.sail_limit = sail_speed(self._polar, self._wind, vessel.heading)
             vessel.sail_bonus = self._fan_speed()
+
+    def _show_wind(self, wind: Wind) -> None:
+        looks = Attributes(label="wind", fill_color="white")
+        toward = angle360(wind.direction + 180.0)
+        self.notify("VIEW_ARROW", Arrow(self.truth.x, self.truth.y, toward, attributes=looks).to_text())
 
     def _pass_wormholes(self, tunnel: Tunnel) -> None:
         passage = tunnel.step(self.truth.x, self.truth.y, self.now)

@@ -296,6 +296,7 @@ def test_wind_and_polar_plot_cap_the_speed_and_the_fan_of_v23_adds_to_it() -> No
     sea.post("DESIRED_THRUST", 100)
     sea.run(10.0)
     assert sea.last("NAV_SPEED") == 2.0
+    assert "ang=180" in sea.last("VIEW_ARROW")
     sea.post("WIND_CONDITIONS", "spd=2, dir=0")
     sea.run(20.0)
     assert sea.last("NAV_SPEED") == 1.0
