@@ -29,5 +29,5 @@ def warm_up() -> None:
     joint.table()
     functions = [joint, zaic_leq(domain, "depth", 20, 5), constant(domain.subdomain("speed"), 5.0)]
     for method in ("sweep", "search"):
-        solve(domain, functions, method=method)  # type: ignore[arg-type]
+        solve(domain, functions, method=method)
     _warm = True

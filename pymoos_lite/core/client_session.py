@@ -110,13 +110,20 @@ class QueueFull:
 
 
 @dataclass(frozen=True, slots=True)
+class QueueOpen:
+    """After `QueueFull`: the queue is half empty again; `refused` posts were refused meanwhile."""
+
+    refused: int
+
+
+@dataclass(frozen=True, slots=True)
 class Warned:
     """Something a person should know."""
 
     text: str
 
 
-Event = Connected | Disconnected | Refused | WriteRefused | QueueFull | Warned
+Event = Connected | Disconnected | Refused | WriteRefused | QueueFull | QueueOpen | Warned
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,7 +190,7 @@ class ClientSession:
         self._registrations: dict[tuple[str, str], tuple[float, tuple[str, ...]]] = {}
         self._mail: list[Message] = []
         self._events: deque[Event] = deque(maxlen=_MAX_EVENTS)
-        self._full = False
+        self._refused_before: int | None = None  # posts refused before the queue was full; None if it is not
         self._posts_allowed = self.limits.posts  # none once the session has ended for good
         self._clash_since: float | None = None
         self._connection = b""
@@ -260,11 +267,10 @@ class ClientSession:
             or self._rows_bytes + outbox.bytes + size > self.limits.post_bytes
         ):
             self.refused_posts += 1
-            if not self._full:
-                self._full = True
+            if self._refused_before is None:
+                self._refused_before = self.refused_posts - 1
                 self._events.append(QueueFull(self.unacknowledged, self.unacknowledged_bytes))
             return False
-        self._full = False
         rows.append(row)
         self._rows_bytes += size
         return True
@@ -502,6 +508,8 @@ class ClientSession:
             # While the link is busy rows gather, so that busy links carry few, large parcels.
             if self._rows and (not link.unsent or len(self._rows) >= BATCH):
                 self._pack_rows(self._rows_kind)
+            if self._refused_before is not None:
+                self._consider_reopening()
             out = link.datagrams(wall)
             if link.expired(wall):
                 self._lose(f"the database has been silent for {self.limits.link.timeout:g} s", wall)
@@ -509,6 +517,13 @@ class ClientSession:
         if self.state is State.CONNECTING and wall >= self._retry_at:
             return [self._knock(wall)]
         return []
+
+    def _consider_reopening(self) -> None:
+        limits = self.limits
+        if 2 * self.unacknowledged <= limits.posts and 2 * self.unacknowledged_bytes <= limits.post_bytes:
+            assert self._refused_before is not None
+            self._events.append(QueueOpen(self.refused_posts - self._refused_before))
+            self._refused_before = None
 
     def _knock(self, wall: float) -> bytes:
         if not self._connection or self._tries >= _TRIES_PER_CONNECTION:
@@ -527,7 +542,7 @@ class ClientSession:
             self._identity,
             self._server,
             self._received,
-            limits.budget,
+            limits.path.budget,
             limits.window,
         )
         return encode(frame, self._connection, self._handshake.to_server)

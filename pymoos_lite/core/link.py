@@ -18,6 +18,7 @@ import math
 from collections import deque
 from dataclasses import dataclass
 from struct import Struct
+from typing import NamedTuple
 
 from pymoos_lite.core.frames import (
     MAX_REASON,
@@ -46,15 +47,22 @@ _FLOOR_SEGMENTS = 4
 _DECREASE = 0.7
 
 
+class Path(NamedTuple):
+    """What the way to a peer carries: the largest datagram, and the most bytes worth having on it."""
+
+    budget: int = 1400
+    window: int = 1 << 20
+
+
 @dataclass(frozen=True, slots=True)
 class LinkLimits:
     """What a link may use, in bytes and wall seconds.
 
-    `budget` is the largest datagram, `window` the most that may be on its way (and be kept out of
-    order), `max_record` the largest record; a peer that is silent for `timeout` is taken for dead.
+    `path` bounds what is sent, `window` what is kept of the peer's out-of-order segments and told to
+    it, `max_record` is the largest record; a peer that is silent for `timeout` is taken for dead.
     """
 
-    budget: int = 1400
+    path: Path = Path()
     window: int = 1 << 20
     max_record: int = (16 << 20) + 4096
     timeout: float = 5.0
@@ -126,8 +134,10 @@ class Link:
         self._send_key = send_key
         self._receive_key = receive_key
         # Sending
-        self._segment_size = max(64, min(limits.budget, peer_budget or limits.budget) - OVERHEAD)
-        self._peer_window = max(self._segment_size, peer_window or limits.window)
+        self._segment_size = max(64, min(limits.path.budget, peer_budget or limits.path.budget) - OVERHEAD)
+        self._peer_window = max(
+            self._segment_size, min(limits.path.window, peer_window or limits.path.window)
+        )
         self._unsent: deque[bytes] = deque()
         self._unsent_bytes = 0
         self._offset = 0  # of the first unsent record: bytes already cut into segments

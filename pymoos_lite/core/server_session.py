@@ -11,7 +11,7 @@ from __future__ import annotations
 import hmac
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from struct import Struct
 
 from pymoos_lite.core.database import Database, NameClashError
@@ -37,7 +37,7 @@ from pymoos_lite.core.frames import (
     encode,
     handshake_keys,
 )
-from pymoos_lite.core.link import Link, LinkLimits, RecordError
+from pymoos_lite.core.link import Link, LinkLimits, Path, RecordError
 from pymoos_lite.core.message import Message
 from pymoos_lite.core.parcels import (
     Kind,
@@ -140,7 +140,7 @@ class ServerSession:
         random: gives that many unpredictable bytes (`os.urandom`).
         key: community key; with one, only clients that have it are heard.
         limits: see `ServerLimits`.
-        budget: largest datagram to send to an address.
+        path: what the way to an address carries.
     """
 
     def __init__(
@@ -151,7 +151,7 @@ class ServerSession:
         *,
         key: bytes | None = None,
         limits: ServerLimits | None = None,
-        budget: Callable[[Address], int] | None = None,
+        path: Callable[[Address], Path] | None = None,
     ) -> None:
         self.database = database
         self.limits = limits or ServerLimits()
@@ -160,7 +160,7 @@ class ServerSession:
         self._secret = random(32)
         self._key = key
         self._handshake = handshake_keys(key)
-        self._budget = budget
+        self._path = path
         self._peers: dict[tuple[Address, bytes], _Peer] = {}
         self._by_name: dict[str, _Peer] = {}
         self._used: OrderedDict[bytes, float] = OrderedDict()  # admitted connections, until the cookie dies
@@ -338,7 +338,8 @@ class ServerSession:
         now: float,
     ) -> None:
         limits = self.limits.link
-        budget = self._budget(address) if self._budget is not None else limits.budget
+        if self._path is not None:
+            limits = replace(limits, path=self._path(address))
         peer.keys = connection_keys(self._key, connection, frame.cookie)
         peer.address = address
         peer.link = Link(
@@ -347,7 +348,7 @@ class ServerSession:
             limits,
             send_key=peer.keys.to_client,
             receive_key=peer.keys.to_server,
-            peer_budget=min(budget, frame.budget),
+            peer_budget=frame.budget,
             peer_window=frame.window,
         )
         peer.confirmed = False
@@ -360,7 +361,7 @@ class ServerSession:
             self.database.community,
             resumed,
             peer.received,
-            budget,
+            limits.path.budget,
             limits.window,
             float(now),
         )

@@ -20,6 +20,7 @@ from pymoos_lite.core.client_session import ClientLimits, ClientSession, Event
 from pymoos_lite.core.clock import Clock, RealClock
 from pymoos_lite.core.database import Database
 from pymoos_lite.core.frames import as_key
+from pymoos_lite.core.link import Path
 from pymoos_lite.core.message import Message
 from pymoos_lite.core.server_session import Address, ServerLimits, ServerSession
 
@@ -31,17 +32,23 @@ LOOPBACK_BUDGET = 8 * 1024 if sys.platform == "darwin" else 32 * 1024
 _LARGEST_DATAGRAM = 65535
 _SOCKET_BUFFER = 4 << 20
 _BATCH = 64
-_AT_ONCE = 4 << 20  # bytes read in one go, at most
+_AT_ONCE = 128 << 10  # bytes read in one go: then what they caused is sent on
 
 
 class PortError(OSError):
     """A socket could not be bound or a host not found; the message says which and why."""
 
 
-def datagram_budget(address: Address) -> int:
-    """Largest datagram to send to `address`: large on loopback, else what an Ethernet frame carries."""
+def path_to(address: Address) -> Path:
+    """What the way to `address` carries: large datagrams on loopback, else what fits an Ethernet frame.
+
+    On loopback nothing is gained by more on its way than the other process can take in at once;
+    it would only wait longer.
+    """
     host = cast(tuple[str, int], address)[0]
-    return LOOPBACK_BUDGET if is_loopback(host) else NETWORK_BUDGET
+    if is_loopback(host):
+        return Path(LOOPBACK_BUDGET, 8 * LOOPBACK_BUDGET)
+    return Path(NETWORK_BUDGET, 1 << 20)
 
 
 def is_loopback(host: str) -> bool:
@@ -217,7 +224,7 @@ class DatabaseServer:
             os.urandom,
             key=as_key(key),
             limits=replace(limits, link=replace(limits.link, window=window)),
-            budget=datagram_budget,
+            path=path_to,
         )
 
     @property
@@ -293,14 +300,14 @@ class RemoteClient:
         local = ("::1" if ":" in peer[0] else LOOPBACK) if is_loopback(peer[0]) else ""
         self.endpoint = UdpEndpoint(local or ("::" if ":" in peer[0] else "0.0.0.0"), peer=peer)
         limits = limits or ClientLimits()
-        budget = datagram_budget(peer)
+        path = path_to(peer)
         window = min(limits.link.window, self.endpoint.window)
         self.session = ClientSession(
             name,
             self.clock.wall(),
             os.urandom,
             key=as_key(key),
-            limits=replace(limits, link=replace(limits.link, budget=budget, window=window)),
+            limits=replace(limits, link=replace(limits.link, path=path, window=window)),
         )
         self._unsent_posts = 0
 

@@ -75,9 +75,14 @@ class RealtimeHost:
         self._meter = ProcessMeter()
 
     @property
+    def address(self) -> tuple[str, int]:
+        """Where the database listens."""
+        return self.server.address
+
+    @property
     def port(self) -> int:
         """The UDP port that the database listens on."""
-        return self.server.address[1]
+        return self.address[1]
 
     def connect(self, name: str) -> LocalConnection:
         """A connection of something in this process, such as a display.

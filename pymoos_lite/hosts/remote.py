@@ -26,9 +26,15 @@ from pymoos_lite.core.message import Message
 from pymoos_lite.hosts.failures import describe_failure
 from pymoos_lite.hosts.meter import ProcessMeter
 from pymoos_lite.hosts.mission import load_plan
-from pymoos_lite.hosts.plan import AppPlan
+from pymoos_lite.hosts.plan import AppPlan, CommunityPlan
 from pymoos_lite.hosts.ports import RemoteClient
-from pymoos_lite.hosts.realtime import HostOptions, make_context
+from pymoos_lite.hosts.realtime import HostOptions, RealtimeHost, make_context
+
+DATABASE = "MOOSDB"
+"""The name under which the database is one of the processes."""
+
+READY = "listening on port "
+"""What the database says when clients may come."""
 
 REFUSED_STATUS = 3
 FAILED_STATUS = 1
@@ -111,7 +117,8 @@ class RemoteConnection:
         return notices
 
     def close(self, reason: str = "") -> None:
-        """Nothing to do here: the loop closes the session after its last datagrams."""
+        """Deliver what waits, then leave the community."""
+        self._client.close()
 
 
 class RemoteHost:
@@ -131,6 +138,10 @@ class RemoteHost:
         self.stopping = False
         self._make = make
         self._app = app
+
+    def stop(self) -> None:
+        """Ask `run` to end the app in an orderly way; may be called from another thread."""
+        self.stopping = True
 
     def run(self) -> None:
         """Raises RefusedError, or whatever the app raised."""
@@ -159,43 +170,67 @@ class RemoteHost:
             self.client.flush()
 
 
+def run_app(
+    plan: CommunityPlan, app: AppPlan, options: HostOptions, address: tuple[str, int], clock: RealClock
+) -> RemoteHost:
+    """A host for one app of `plan` against the database at `address`.
+
+    Raises:
+        PortError: the host is unknown.
+    """
+    return RemoteHost(
+        app,
+        lambda connection: make_context(plan, app, connection, clock, options),
+        address,
+        clock,
+        options.key,
+    )
+
+
 def main() -> int:
     """Entry point of the child process; returns its exit status."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C is the launcher's business
     order = json.loads(sys.stdin.readline())
+    name = order["app"]
     plan = load_plan(order["mission"], order["settings"])
-    app = next(a for a in plan.apps if a.name == order["app"])
+    clock = RealClock(order["warp"])
     options = HostOptions(
+        bind=order["host"],
+        port=order["port"],
         key=order["key"],
         log_dir=Path(order["log_dir"]) if order["log_dir"] else None,
         seed=order["seed"],
     )
-    clock = RealClock(order["warp"])
     try:
-        host = RemoteHost(
-            app,
-            lambda connection: make_context(plan, app, connection, clock, options),
-            (order["host"], order["port"]),
-            clock,
-            options.key,
-        )
-        _stop_with_stdin(host)
+        if name == DATABASE:
+            return _serve_database(RealtimeHost(plan, options, clock))
+        app = next(a for a in plan.apps if a.name == name)
+        host = run_app(plan, app, options, (order["host"], order["port"]), clock)
+        _stop_with_stdin(host.stop)
         host.run()
     except RefusedError as refusal:
-        print(f"{app.name}: refused by the database: {refusal}", file=sys.stderr, flush=True)
+        print(f"{name}: refused by the database: {refusal}", file=sys.stderr, flush=True)
         return REFUSED_STATUS
     except Exception as error:
-        failure = describe_failure(plan.community, app.name, error, "its process")
-        print(failure, file=sys.stderr, flush=True)
+        print(describe_failure(plan.community, name, error, "its process"), file=sys.stderr, flush=True)
         return FAILED_STATUS
     return 0
 
 
-def _stop_with_stdin(host: RemoteHost) -> None:
+def _serve_database(host: RealtimeHost) -> int:
+    print(f"{READY}{host.port}", flush=True)
+    ended = threading.Event()
+    _stop_with_stdin(ended.set)
+    host.run(ended.is_set)
+    host.close()
+    return 0
+
+
+def _stop_with_stdin(stop: Callable[[], None]) -> None:
     def wait() -> None:
         while sys.stdin.readline():
             pass
-        host.stopping = True
+        stop()
 
     # A thread, because no other way of waiting for a pipe works on every platform.
     threading.Thread(target=wait, name="launcher-watch", daemon=True).start()

@@ -15,6 +15,7 @@ from pymoos_lite.geometry.angles import angle180, angle360
 from pymoos_lite.geometry.geodesy import GeodesyError
 from pymoos_lite.marine.buoyancy import BuoyancyJobs
 from pymoos_lite.marine.datum import mission_geodesy
+from pymoos_lite.marine.drift import Drift
 from pymoos_lite.marine.mail_values import Handler, dispatch, finite_number, on_number, on_text, on_truth
 from pymoos_lite.marine.pid import PidEngine
 from pymoos_lite.marine.pid_config import pid_parameters, wants_pid, warn_of_missing_gains
@@ -26,7 +27,6 @@ from pymoos_lite.marine.simulator_config import (
     V23_DECLARATION,
     configured_thrust_map,
     read_differential,
-    read_drift,
     read_pose,
     read_reverse,
     start_pose,
@@ -61,9 +61,7 @@ class Simulator(App):
             vessel.differential = values.thrust_mode_diff
             vessel.reverse = values.thrust_mode_reverse
             vessel.rotate_speed = values.rotate_speed
-        self._set_drift(values.drift_x, values.drift_y)
-        if values.drift_vector is not None:
-            self._set_drift_vector(*values.drift_vector)
+        self._set_drift(values.drift_vector or Drift(values.drift_x, values.drift_y))
         self._geodesy = mission_geodesy(self)
         self._water_depth: float = values.default_water_depth
         self._state_time = self.now
@@ -103,9 +101,11 @@ class Simulator(App):
                 vessel.step(dt)
         if self.iteration % self.PUBLISH_EVERY == 0:
             self._publish()
+        if self.iteration == 1 and self._depth_control:
+            self.notify("SIMULATION_MODE", "TRUE")
         if self._drift_news:
             self._drift_news = False
-            self.notify("USM_DRIFT_SUMMARY", self._drift_summary())
+            self.notify("USM_DRIFT_SUMMARY", self.drift.summary())
         if self._depth_control:
             for variable, text in self._jobs.step(self.vessel.pitch, now):
                 self.notify(variable, text)
@@ -113,12 +113,15 @@ class Simulator(App):
     def report(self) -> Iterable[str]:
         pose = self.vessel.pose()
         vessel = self.vessel
-        yield f"Position:  x={num(pose.x)}, y={num(pose.y)}   heading {num(pose.heading, 1)}   speed {num(pose.speed)}"
+        yield (
+            f"Position:  x={num(pose.x)}, y={num(pose.y)}"
+            f"   heading {num(pose.heading, 1)}   speed {num(pose.speed)}"
+        )
         if pose.depth or self._depth_control:
             yield f"Depth:     {num(pose.depth)} m   pitch {num(math.degrees(pose.pitch), 1)} deg"
         yield (
             f"Ground:    course {num(pose.heading_over_ground, 1)}   speed {num(pose.speed_over_ground)}"
-            f"   drift {self._drift_summary()}"
+            f"   drift {self.drift.summary()}"
         )
         if vessel.differential:
             yield f"Thrust:    left {num(vessel.thrust_left, 1)}   right {num(vessel.thrust_right, 1)}"
@@ -181,11 +184,11 @@ class Simulator(App):
             number(self._set_elevator, "DESIRED_ELEVATOR")
         number(self._set_left, "DESIRED_THRUST_L")
         number(self._set_right, "DESIRED_THRUST_R")
-        number(lambda v: self._set_drift(v, self.truth.drift_y), "DRIFT_X", "CURRENT_X")
-        number(lambda v: self._set_drift(self.truth.drift_x, v), "DRIFT_Y", "CURRENT_Y")
-        number(self._scale_drift, "DRIFT_VECTOR_MULT")
-        text("DRIFT_VECTOR", lambda told: self._set_drift_vector(*read_drift(told)))
-        text("DRIFT_VECTOR_ADD", lambda told: self._add_drift_vector(*read_drift(told)))
+        number(lambda v: self._set_drift(Drift(v, self.drift.y)), "DRIFT_X", "CURRENT_X")
+        number(lambda v: self._set_drift(Drift(self.drift.x, v)), "DRIFT_Y", "CURRENT_Y")
+        number(lambda v: self._set_drift(self.drift * v), "DRIFT_VECTOR_MULT")
+        text("DRIFT_VECTOR", lambda told: self._set_drift(Drift.parse(told)))
+        text("DRIFT_VECTOR_ADD", lambda told: self._set_drift(self.drift + Drift.parse(told)))
         number(self._set_rotation, "ROTATE_SPEED")
         number(lambda v: self._change(turn_rate=min(100.0, max(0.0, v))), "USM_TURN_RATE")
         number(lambda v: self._change(buoyancy_rate=v), "BUOYANCY_RATE")
@@ -241,7 +244,7 @@ class Simulator(App):
         return 0.0
 
     def _publish(self) -> None:
-        now, post = self.now, self._post
+        post = self._post
         for vessel, prefix in self._prefixes:
             pose = vessel.pose()
             heading = angle360(pose.heading + 180.0) if vessel.reverse else pose.heading
@@ -262,7 +265,6 @@ class Simulator(App):
         if self._depth_control:
             post("TRUE_X", self.truth.x)
             post("TRUE_Y", self.truth.y)
-            self.notify("SIMULATION_MODE", "TRUE", now)
 
     def _post(self, name: str, value: float) -> None:
         self.notify(name, value)
@@ -311,27 +313,10 @@ class Simulator(App):
             for vessel in self._vessels:
                 vessel.thrust_right = min(100.0, max(-100.0, thrust))
 
-    def _set_drift(self, x: float, y: float) -> None:
-        self.truth.drift_x, self.truth.drift_y = x, y
+    def _set_drift(self, drift: Drift) -> None:
+        self.drift = drift
+        self.truth.drift_x, self.truth.drift_y = drift.x, drift.y
         self._drift_news = True
-
-    def _set_drift_vector(self, heading: float, magnitude: float) -> None:
-        toward = math.radians(heading)
-        self._set_drift(magnitude * math.sin(toward), magnitude * math.cos(toward))
-
-    def _add_drift_vector(self, heading: float, magnitude: float) -> None:
-        toward, truth = math.radians(heading), self.truth
-        self._set_drift(
-            truth.drift_x + magnitude * math.sin(toward), truth.drift_y + magnitude * math.cos(toward)
-        )
-
-    def _scale_drift(self, factor: float) -> None:
-        self._set_drift(self.truth.drift_x * factor, self.truth.drift_y * factor)
-
-    def _drift_summary(self) -> str:
-        x, y = self.truth.drift_x, self.truth.drift_y
-        angle = angle360(math.degrees(math.atan2(x, y))) if x or y else 0.0
-        return f"ang={num(angle)}, mag={num(math.hypot(x, y))}, xmag={num(x, 3)}, ymag={num(y, 3)}"
 
     def _set_rotation(self, rate: float) -> None:
         for vessel in self._vessels:
@@ -444,10 +429,10 @@ class LegacySimulator(Simulator):
     def on_start_up(self) -> None:
         super().on_start_up()
         values = self.config
-        if values.force_x is not None or values.force_y is not None:
-            self._set_drift(values.force_x or 0.0, values.force_y or 0.0)
         if values.force_vector is not None:
-            self._set_drift_vector(*values.force_vector)
+            self._set_drift(values.force_vector)
+        elif values.force_x is not None or values.force_y is not None:
+            self._set_drift(Drift(values.force_x or 0.0, values.force_y or 0.0))
         if values.force_theta is not None:
             self._set_rotation(values.force_theta)
         if not values.deprecated_ok:

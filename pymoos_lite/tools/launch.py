@@ -6,14 +6,14 @@ import argparse
 import signal
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
 
+from pymoos_lite.core.message import Message, Value
 from pymoos_lite.tools.mission import (
-    Lookup,
+    EndCondition,
     MissionError,
     add_mission_arguments,
     end_condition,
@@ -88,12 +88,11 @@ def run(args: argparse.Namespace) -> int:
         seed=args.seed,
     )
     screen = _Screen(args)
+    host: RealtimeHost | ProcessHost
     try:
         check_warp(plan.warp)
         if args.processes:
-            host: RealtimeHost = ProcessHost(
-                plan, options, args.mission, parse_settings(args.set), screen.tell
-            )
+            host = ProcessHost(plan, options, args.mission, parse_settings(args.set), screen.tell)
         else:
             host = RealtimeHost(plan, options, tell=screen.tell)
     except (PortError, ValueError) as error:
@@ -107,7 +106,7 @@ def _fly(
     plan: CommunityPlan,
     args: argparse.Namespace,
     screen: _Screen,
-    finished: Callable[[Lookup], bool] | None,
+    finished: EndCondition | None,
 ) -> int:
     from pymoos_lite.tools.mission_view import WATCHED, MissionView, appcast_request
 
@@ -115,13 +114,14 @@ def _fly(
     watch = host.connect("pymoos_view")
     for name in WATCHED:
         watch.register(name, "*", 0.5 if name.startswith("NAV_") else 0.0, ())
+    for name in finished.variables if finished is not None else ():
+        watch.register(name, "*", 0.0, ())
+    values: dict[str, Value] = {}
     stop = _StopSignals()
     next_look = 0.0
     next_request = 0.0
     began = host.clock.now()
-    screen.open(
-        f"{plan.community}: database on {host.server.address[0]} port {host.port}, warp {plan.warp:g}"
-    )
+    screen.open(f"{plan.community}: database on {host.address[0]} port {host.address[1]}, warp {plan.warp:g}")
     status = 0
     try:
         host.start_apps()
@@ -130,16 +130,16 @@ def _fly(
             wall, now = time.monotonic(), host.clock.now()
             if now >= next_request:
                 next_request = now + 4.0
-                from pymoos_lite.core.message import Message
-
                 watch.publish(Message("APPCAST_REQ", appcast_request(plan.community), now, "pymoos_view"))
             if wall >= next_look:
                 next_look = wall + REFRESH
-                view.take(watch.take_mail(), now)
+                mail = watch.take_mail()
+                values.update((message.name, message.value) for message in mail)
+                view.take(mail, now)
                 screen.show(view, plan.warp)
                 if args.duration is not None and now - began >= args.duration:
                     break
-                if finished is not None and finished(host.database.value):
+                if finished is not None and finished.holds(values):
                     view.tell("the mission is over")
                     break
                 if not host.alive():

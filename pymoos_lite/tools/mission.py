@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Mapping
 
-from pymoos_lite.config.conditions import ConditionError, parse_condition
+from pymoos_lite.config.conditions import Condition, ConditionError, parse_condition
 from pymoos_lite.config.problems import Problem
 from pymoos_lite.core.message import Value
 from pymoos_lite.hosts.mission import MissionError, load_plan, parse_settings, shipped_missions
 from pymoos_lite.hosts.plan import CommunityPlan
 
 __all__ = [
-    "Lookup",
+    "EndCondition",
     "MissionError",
     "add_mission_arguments",
     "end_condition",
@@ -23,11 +23,26 @@ __all__ = [
     "shipped_missions",
 ]
 
-Lookup = Callable[[str], Value | None]
+
+class EndCondition:
+    """When a mission is over, judged by the last values of the variables it names."""
+
+    def __init__(self, condition: Condition) -> None:
+        self._condition = condition
+        self.variables = condition.variables()
+
+    def holds(self, values: Mapping[str, Value]) -> bool:
+        """Whether the mission is over, given the last value of each variable."""
+
+        def known(name: str) -> float | str | None:
+            value = values.get(name)
+            return None if isinstance(value, bytes) else value
+
+        return self._condition.holds(known)
 
 
-def end_condition(plan: CommunityPlan, text: str | None) -> Callable[[Lookup], bool] | None:
-    """When the mission is over: `text`, or the mission file's own ``EndWhen = CONDITION`` line.
+def end_condition(plan: CommunityPlan, text: str | None) -> EndCondition | None:
+    """The end of a mission: `text`, or the mission file's own ``EndWhen = CONDITION`` line.
 
     Raises:
         MissionError: the condition cannot be read.
@@ -39,18 +54,9 @@ def end_condition(plan: CommunityPlan, text: str | None) -> Callable[[Lookup], b
             return None
         text, where = line.value, f"{plan.mission.file}:{line.line}: EndWhen"
     try:
-        condition = parse_condition(text)
+        return EndCondition(parse_condition(text))
     except ConditionError as error:
         raise MissionError(f"{where}: {error}") from None
-
-    def holds(get: Lookup) -> bool:
-        def known(name: str) -> float | str | None:
-            value = get(name)
-            return None if isinstance(value, bytes) else value
-
-        return condition.holds(known)
-
-    return holds
 
 
 def add_mission_arguments(parser: argparse.ArgumentParser) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
+from pymoos_lite.core.message import Message
 from pymoos_lite.hosts.mission import MissionError
 from pymoos_lite.tools.client import UnreachableError, add_client_arguments, connect, mission_like
 from pymoos_lite.tools.values import typed_value
@@ -51,8 +52,8 @@ def run(args: argparse.Namespace) -> int:
     delivered = client.flush(args.timeout)
     for name, _ in pokes:
         client.register(name)
-    refused = {}
-    seen = {}
+    refused: dict[str, str] = {}
+    seen: dict[str, Message] = {}
     wanted = {name for name, _ in pokes}
     end = client.clock.wall() + args.timeout
     while wanted - seen.keys() - refused.keys() and client.clock.wall() < end:

@@ -10,6 +10,7 @@ from pathlib import Path
 from pymoos_lite.tools.mission import (
     MissionError,
     add_mission_arguments,
+    end_condition,
     load_plan,
     parse_settings,
     report_problems,
@@ -42,6 +43,7 @@ def run(args: argparse.Namespace) -> int:
 
     try:
         plan = load_plan(args.mission, parse_settings(args.set))
+        finished = end_condition(plan, args.until)
         pokes = [parse_poke(text) for text in args.poke]
     except MissionError as error:
         print(error, file=sys.stderr)
@@ -52,7 +54,13 @@ def run(args: argparse.Namespace) -> int:
     if report_problems(plan.problems, args.strict):
         return 1
     host = Lockstep(args.seed, args.log_dir)
-    host.add_plan(plan)
+    community = host.add_plan(plan)
+    if finished is not None:
+        ended = finished.holds
+        database = community.database
+        host.end_when(
+            lambda: ended({n: v for n in finished.variables if (v := database.value(n)) is not None})
+        )
     for at, name, value in pokes:
         host.poke(at, name, value)
     began = time.perf_counter()
