@@ -7,19 +7,20 @@ the community (helm.md 8).
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from time import process_time
 
-from ivp_helm.behavior import Behavior
 from ivp_helm.behavior_file import BehaviorFile, merge, read_behavior_file
 from ivp_helm.helm import HelmCore
+from ivp_helm.plugins import BehaviorFinder
 from ivp_helm.report import report_lines
 from ivp_helm.settings import HELM_PARAMETERS, HelmSettings
 from pymoos_lite.app import App
 from pymoos_lite.app.standard import STANDARD_PARAMETERS
+from pymoos_lite.config.mission import ConfigLine
+from pymoos_lite.config.parameters import Values, unquote
 from pymoos_lite.config.problems import Problem, did_you_mean
-from pymoos_lite.config.registry import Registry, behaviors, import_file
 from pymoos_lite.core.message import Message
 from pymoos_lite.geometry.geodesy import Geodesy, GeodesyError
 from pymoos_lite.geometry.text import parse_number
@@ -32,20 +33,21 @@ class Helm(App):
     DEFAULT_TICK = 4.0
 
     def on_start_up(self) -> None:
-        problems = [p for p in self.problems if p.severity == "error"] + self._unknown_lines()
-        content = self._read_files(problems)
-        registry = self._registry(problems)
+        context = self.context
+        problems = [p for p in self.problems if p.severity == "error"]
+        problems += unknown_lines(context.lines, context.mission_file)
+        content = read_files(context.lines, context.mission_dir, context.mission_file, problems)
+        folders = plugin_folders(self.config, context.mission_dir, context.mission_file, problems)
         settings = HelmSettings.from_values(self.config, self.community)
-        quiet = self.context.deterministic
         self.core = HelmCore(
             settings,
             content,
-            lambda kind: _behavior_class(registry, kind),
+            BehaviorFinder(folders),
             name=self.name,
             problems=problems,
             geodesy=self._geodesy(),
-            seed=f"{self.context.seed}:{self.community}:{self.name}" if self.context.seed is not None else None,
-            stopwatch=float if quiet else process_time,
+            seed=None if context.seed is None else f"{context.seed}:{self.community}:{self.name}",
+            stopwatch=float if context.deterministic else process_time,
             listens=self._listens,
         )
         for problem in self.core.problems:
@@ -100,58 +102,24 @@ class Helm(App):
 
     # --- configuration ----------------------------------------------------------------------------------
 
-    def _unknown_lines(self) -> list[Problem]:
-        """Lines of the block that nobody understands: they keep a helm from driving."""
-        declaration = STANDARD_PARAMETERS + HELM_PARAMETERS
-        file = self.context.mission_file
-        return [
-            Problem(file, line.line, f"Unhandled config line: {line.key} = {line.value}{hint}")
-            for line in self.context.lines
-            if declaration.find(line.key) is None and line.key.lower() not in declaration.ignored
-            for hint in [did_you_mean(line.key, declaration.names())]
-        ]
-
-    def _read_files(self, problems: list[Problem]) -> BehaviorFile:
-        contents = []
-        seen: set[Path] = set()
-        for line in self.context.lines:
-            if line.key.lower() != "behaviors":
-                continue
-            name = line.value.strip().strip('"')
-            path = self.mission_path(name)
-            where = Problem(self.context.mission_file, line.line, f"Behaviors = {name}: given twice")
-            if path in seen:
-                problems.append(where)
-                continue
-            seen.add(path)
-            try:
-                text = path.read_text(encoding="utf-8", errors="replace")
-            except OSError as error:
-                reason = error.strerror or type(error).__name__
-                problems.append(
-                    Problem(self.context.mission_file, line.line, f"Could not find File: {name}: {reason}")
-                )
-                continue
-            contents.append(read_behavior_file(text, name))
-        return merge(contents) if contents else BehaviorFile(self.context.mission_file)
-
-    def _registry(self, problems: list[Problem]) -> Registry:
-        """Behaviours built in, installed, in the mission's folder, and in the folders named for plug-ins."""
-        folders = [self.mission_path(text) for text in self.config.ivp_behavior_dir]
-        missing = [folder for folder in folders if not folder.is_dir()]
-        if missing and not self.config.bhv_dir_not_found_ok:
-            for folder in missing:
-                problems.append(
-                    Problem(self.context.mission_file, 0, f"ivp_behavior_dir: there is no folder {folder}")
-                )
-        extra = [Path(part) for part in os.environ.get("IVP_BEHAVIOR_DIRS", "").split(os.pathsep) if part]
-        entries = []
-        for folder in (self.context.mission_dir, *extra, *folders):
-            entries += _entries_in(folder, problems)
-        return Registry("behavior", (*behaviors().entries, *entries))
+    @classmethod
+    def check_block(cls, lines: Sequence[ConfigLine], mission_dir: Path, file: str) -> list[Problem]:
+        """Everything wrong with the block's `.bhv` files, found by building all behaviours and sailing none."""
+        bound = HELM_PARAMETERS.bind(
+            [line for line in lines if HELM_PARAMETERS.find(line.key) is not None], "pHelmIvP", file
+        )
+        problems = [p for p in bound.problems if p.severity == "error"]
+        known = len(problems)
+        content = read_files(lines, mission_dir, file, problems)
+        finder = BehaviorFinder(plugin_folders(bound.values, mission_dir, file, problems))
+        core = HelmCore(HelmSettings.from_values(bound.values, "check"), content, finder, problems=problems)
+        return list(core.problems)[known:]
 
     def _geodesy(self) -> Geodesy | None:
-        lat, lon = parse_number(self.mission_global("LatOrigin")), parse_number(self.mission_global("LongOrigin"))
+        lat, lon = (
+            parse_number(self.mission_global("LatOrigin")),
+            parse_number(self.mission_global("LongOrigin")),
+        )
         if lat is None or lon is None:
             return None
         try:
@@ -159,3 +127,48 @@ class Helm(App):
         except GeodesyError as error:
             self.config_warning(str(error))
             return None
+
+
+def unknown_lines(lines: Iterable[ConfigLine], file: str) -> list[Problem]:
+    """Lines of the block that nobody understands: they keep a helm from driving (helm.md 8)."""
+    declaration = STANDARD_PARAMETERS + HELM_PARAMETERS
+    return [
+        Problem(file, line.line, f"Unhandled config line: {line.key} = {line.value}{hint}")
+        for line in lines
+        if declaration.find(line.key) is None and line.key.lower() not in declaration.ignored
+        for hint in [did_you_mean(line.key, declaration.names())]
+    ]
+
+
+def read_files(lines: Iterable[ConfigLine], folder: Path, file: str, problems: list[Problem]) -> BehaviorFile:
+    """The `.bhv` files that the block names, as one, in the order given; complaints go to `problems`."""
+    contents = []
+    seen: set[Path] = set()
+    for line in lines:
+        if line.name != "behaviors":
+            continue
+        name = unquote(line.value)
+        path = folder / Path(name).expanduser()
+        if path in seen:
+            problems.append(Problem(file, line.line, f"Behaviors = {name}: given twice"))
+            continue
+        seen.add(path)
+        try:
+            text = path.read_text(encoding="utf-8", errors="replace")
+        except OSError as error:
+            reason = error.strerror or type(error).__name__
+            problems.append(Problem(file, line.line, f"Could not find File: {name}: {reason}"))
+            continue
+        contents.append(read_behavior_file(text, name))
+    return merge(contents) if contents else BehaviorFile(file)
+
+
+def plugin_folders(values: Values, folder: Path, file: str, problems: list[Problem]) -> list[Path]:
+    """Where to look for behaviours: the mission's folder, IVP_BEHAVIOR_DIRS, and the folders of the block."""
+    named = [folder / Path(text).expanduser() for text in values.ivp_behavior_dir]
+    if not values.bhv_dir_not_found_ok:
+        for path in named:
+            if not path.is_dir():
+                problems.append(Problem(file, 0, f"ivp_behavior_dir: there is no folder {path}"))
+    environment = os.environ.get("IVP_BEHAVIOR_DIRS", "").split(os.pathsep)
+    return list(dict.fromkeys([folder, *(Path(part) for part in environment if part), *named]))

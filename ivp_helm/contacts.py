@@ -16,8 +16,31 @@ from pymoos_lite.records.node_report import NodeReport
 Geodesy = Callable[[float, float], tuple[float, float]]
 
 KNOWN_TYPES = frozenset(
-    "auv kayak uuv usv glider asv ship mokai longship buoy heron swimmer cray bcray crayx bcrayx wamv smr smrx "
-    "skyw skywalker quad quadcopter".split()  # noqa: SIM905
+    [
+        "auv",
+        "kayak",
+        "uuv",
+        "usv",
+        "glider",
+        "asv",
+        "ship",
+        "mokai",
+        "longship",
+        "buoy",
+        "heron",
+        "swimmer",
+        "cray",
+        "bcray",
+        "crayx",
+        "bcrayx",
+        "wamv",
+        "smr",
+        "smrx",
+        "skyw",
+        "skywalker",
+        "quad",
+        "quadcopter",
+    ]
 )
 _LENGTHS = {
     **dict.fromkeys(("auv", "kayak", "heron"), 3.0),

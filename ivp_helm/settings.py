@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from ivp_helm.ivp import Domain, DomainEntry, IvPError, parse_entry
-from ivp_helm.platform_model import TurnModel
+from ivp_helm.platform_model import read_turn_model
 from pymoos_lite.config.parameters import (
     Declaration,
     Parameter,
@@ -15,6 +15,7 @@ from pymoos_lite.config.parameters import (
     parse_boolean,
     parse_number,
 )
+from pymoos_lite.geometry.turn_paths import TurnModel
 
 
 def _domain(text: str) -> DomainEntry:
@@ -161,7 +162,7 @@ HELM_PARAMETERS = Declaration(
             None,
             "",
             "Turn model: alg=holo, or alg=dubins # radius=M # spoke_degs=DEG.",
-            parse=TurnModel.parse,
+            parse=read_turn_model,
             example="alg=holo",
         ),
         Parameter(
