@@ -130,12 +130,13 @@ Event = Connected | Disconnected | Refused | WriteRefused | QueueFull | QueueOpe
 class ClientLimits:
     """Bounds of a client session.
 
-    At most `posts` posts of `post_bytes` bytes together wait for the database's acknowledgement. For
-    `clash_patience` wall seconds a name in use is taken for a predecessor that the database has not
-    yet missed, and asked for again.
+    The client's timeout is shorter than the server's, so that after a silence it is the client that
+    connects anew while the server still keeps its mail. At most `posts` posts of `post_bytes` bytes
+    together wait for the database's acknowledgement. For `clash_patience` wall seconds a name in use
+    is taken for a predecessor that the database has not yet missed, and asked for again.
     """
 
-    link: LinkLimits = field(default_factory=LinkLimits)
+    link: LinkLimits = field(default_factory=lambda: LinkLimits(timeout=3.5))
     posts: int = 100_000
     post_bytes: int = 64 << 20
     clash_patience: float = 0.0

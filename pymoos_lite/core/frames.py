@@ -30,7 +30,7 @@ MAX_NUMBER = 1 << 62
 MAX_SEGMENTS_AHEAD = 4096
 """Segments a sender may have outstanding; bounds the bitmap of an `Ack`."""
 
-OVERHEAD = 72
+OVERHEAD = 80
 """Bytes of a datagram that are not payload, at most."""
 
 _HEADER_BYTES = 1 + CONNECTION_BYTES

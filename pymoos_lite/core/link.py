@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from struct import Struct
 from typing import NamedTuple
 
@@ -44,10 +44,11 @@ _MAX_PROBE = 0.6
 _ACK_EVERY = 16
 _INITIAL_SEGMENTS = 10
 _FLOOR_SEGMENTS = 4
+_FLOOR_BYTES = 24_000
 _DECREASE = 0.7
 
 
-class Path(NamedTuple):
+class PathLimits(NamedTuple):
     """What the way to a peer carries: the largest datagram, and the most bytes worth having on it."""
 
     budget: int = 1400
@@ -62,7 +63,7 @@ class LinkLimits:
     it, `max_record` is the largest record; a peer that is silent for `timeout` is taken for dead.
     """
 
-    path: Path = Path()
+    path: PathLimits = field(default_factory=PathLimits)
     window: int = 1 << 20
     max_record: int = (16 << 20) + 4096
     timeout: float = 5.0
@@ -149,12 +150,15 @@ class Link:
         self._resend: deque[_Segment] = deque()
         self._number = 0
         self._last_sent = now
+        self._stirred = False  # something came in that may let `datagrams` send at once
         # Round trip and window
         self._srtt: float | None = None
         self._rttvar = 0.0
         self._backoff = 0
         self._probe_at = math.inf
         self._cwnd = float(_INITIAL_SEGMENTS * self._segment_size)
+        # Never so narrow that one lost datagram of three stops the flow of acknowledgements.
+        self._floor = float(max(_FLOOR_SEGMENTS * self._segment_size, _FLOOR_BYTES))
         self._threshold = math.inf
         self._last_decrease = -math.inf
         # Receiving
@@ -208,10 +212,12 @@ class Link:
             raise ValueError(f"a record of {len(framed)} bytes exceeds the limit of {self.limits.max_record}")
         self._unsent.append(framed)
         self._unsent_bytes += len(framed)
+        self._stirred = True
 
     def datagrams(self, now: float) -> list[bytes]:
         """What is to be sent now: repeats, new segments, an acknowledgement or a sign of life."""
         out: list[bytes] = []
+        self._stirred = False
         if now >= self._probe_at:
             self._probe(now)
         resend = self._resend
@@ -246,6 +252,8 @@ class Link:
 
     def next_deadline(self) -> float:
         """Wall time by which `datagrams` must be called, or `expired` looked at."""
+        if self._stirred:
+            return -math.inf
         return min(
             self._probe_at,
             self._ack_at,
@@ -364,7 +372,7 @@ class Link:
         # Once per round trip: losses among datagrams sent before the last decrease say nothing new.
         if sent_at > self._last_decrease:
             self._last_decrease = now
-            self._cwnd = max(float(_FLOOR_SEGMENTS * self._segment_size), self._cwnd * _DECREASE)
+            self._cwnd = max(self._floor, self._cwnd * _DECREASE)
             self._threshold = self._cwnd
 
     # --- receiving ----------------------------------------------------------------------------
@@ -401,6 +409,7 @@ class Link:
             self._seen_mask |= bit
         self.last_heard = now
         self.statistics.received += 1
+        self._stirred = True
         if isinstance(frame, Close):
             self.closed = frame.reason or "closed by the other side"
             return []

@@ -10,9 +10,10 @@ from __future__ import annotations
 
 import hmac
 from collections import OrderedDict
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from struct import Struct
+from typing import Any
 
 from pymoos_lite.core.database import Database, NameClashError
 from pymoos_lite.core.frames import (
@@ -37,7 +38,7 @@ from pymoos_lite.core.frames import (
     encode,
     handshake_keys,
 )
-from pymoos_lite.core.link import Link, LinkLimits, Path, RecordError
+from pymoos_lite.core.link import Link, LinkLimits, PathLimits, RecordError
 from pymoos_lite.core.message import Message
 from pymoos_lite.core.parcels import (
     Kind,
@@ -151,7 +152,7 @@ class ServerSession:
         *,
         key: bytes | None = None,
         limits: ServerLimits | None = None,
-        path: Callable[[Address], Path] | None = None,
+        path: Callable[[Address], PathLimits] | None = None,
     ) -> None:
         self.database = database
         self.limits = limits or ServerLimits()
@@ -456,13 +457,21 @@ class ServerSession:
         rows_of_mail = peer.mailbox[:]
         peer.mailbox.clear()
         for chunk in split(rows_of_mail):
-            record = peer.outbox.add(Kind.MAIL, chunk, rows=len(chunk))
-            try:
-                peer.link.submit(record)
-            except ValueError as error:
-                # Only a client in the database's own process can post what no link carries.
-                peer.outbox.discard_last()
-                self._note(peer, chunk[0][0], f"not delivered: {error}")
+            if not self._submit_mail(peer, chunk):
+                for row in chunk:
+                    if not self._submit_mail(peer, [row]):
+                        # Only a client in the database's own process can post what no link carries.
+                        limit = peer.link.limits.max_record
+                        self._note(peer, row[0], f"not delivered: larger than {limit} bytes")
+
+    def _submit_mail(self, peer: _Peer, rows: Sequence[tuple[Any, ...]]) -> bool:
+        record = peer.outbox.add(Kind.MAIL, rows, rows=len(rows))
+        try:
+            peer.link.submit(record)
+        except ValueError:
+            peer.outbox.discard_last()
+            return False
+        return True
 
     def next_deadline(self) -> float:
         """Wall time by which `datagrams` must be called."""

@@ -20,7 +20,7 @@ from pymoos_lite.core.client_session import ClientLimits, ClientSession, Event
 from pymoos_lite.core.clock import Clock, RealClock
 from pymoos_lite.core.database import Database
 from pymoos_lite.core.frames import as_key
-from pymoos_lite.core.link import Path
+from pymoos_lite.core.link import PathLimits
 from pymoos_lite.core.message import Message
 from pymoos_lite.core.server_session import Address, ServerLimits, ServerSession
 
@@ -39,7 +39,7 @@ class PortError(OSError):
     """A socket could not be bound or a host not found; the message says which and why."""
 
 
-def path_to(address: Address) -> Path:
+def path_to(address: Address) -> PathLimits:
     """What the way to `address` carries: large datagrams on loopback, else what fits an Ethernet frame.
 
     On loopback nothing is gained by more on its way than the other process can take in at once;
@@ -47,8 +47,8 @@ def path_to(address: Address) -> Path:
     """
     host = cast(tuple[str, int], address)[0]
     if is_loopback(host):
-        return Path(LOOPBACK_BUDGET, 8 * LOOPBACK_BUDGET)
-    return Path(NETWORK_BUDGET, 1 << 20)
+        return PathLimits(LOOPBACK_BUDGET, 8 * LOOPBACK_BUDGET)
+    return PathLimits(NETWORK_BUDGET, 1 << 20)
 
 
 def is_loopback(host: str) -> bool:
