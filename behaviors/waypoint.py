@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import hypot
 
 from behaviors.arrival import XY, ArrivalEngine
@@ -69,6 +68,10 @@ class Waypoint(Behavior):
         self._first_run = True
         self._next_label = f"{self.community}'s nextpt"
         self._track_label = f"{self.community}'s trackpt"
+        self._track_erased = erase_point_text(self._track_label)
+        self._path_key: tuple[object, ...] = ()
+        self._path_text = self._loop_text = self._next_text = ""
+        self._next_key: tuple[object, ...] = ()
         self._function: tuple[tuple[object, ...], IvPFunction] | None = None
         self._speed_parts: dict[tuple[object, ...], IvPFunction] = {}
 
@@ -416,7 +419,8 @@ class Waypoint(Behavior):
             f"use_alt_speed={flag[config.use_alt_speed]},wpt_status={config.wpt_status},"
             f"wpt_dist_to_prev={config.wpt_dist_to_prev},wpt_dist_to_next={config.wpt_dist_to_next},"
             f"wpt_index={config.wpt_index},cycle_index_var={config.cycle_index_var},"
-            f"post_suffix={config.post_suffix},post_suffix={config.post_suffix},ipf_type={config.ipf_type},lead={num(config.lead or -1.0, 3)},"
+            f"post_suffix={config.post_suffix},post_suffix={config.post_suffix},"
+            f"ipf_type={config.ipf_type},lead={num(config.lead or -1.0, 3)},"
             f"lead_damper={num(config.lead_damper or -1.0, 3)},lead_to_start={flag[config.lead_to_start]},"
             f"order={self._order_text()},repeats={'forever' if config.repeat is None else config.repeat},"
             f"efficiency_measure={config.efficiency_measure},capture_radius={num(engine.capture_radius, 3)},"
@@ -463,50 +467,55 @@ class Waypoint(Behavior):
         for variable, value in self.efficiency.finish_leg(x, y, self.now, self.speed_in_force, head):
             self._say(variable, value)
 
-    def _draw_path(self, active: bool = True) -> None:
-        source = self._source
-        if source is None or not self.visuals or not source.points:
-            return
-        hidden = self.hints.color("edge_color") in ("off", "inactive", "")
-        if active and hidden:
-            return
-        base = Attributes(label=f"{self.community}_{self.name}", active=active)
-        attributes = self.hints.attributes(base=base) if active else base
-        shape = SegList.of(self.engine.points).with_attributes()
-        self.post("VIEW_SEGLIST", seglist_text(replace(shape, attributes=attributes), 3))
-        if self.config.draw_path_loop and self._polygon_of_path() is not None:
-            loop = self._polygon_of_path()
-            assert loop is not None
-            self.post("VIEW_POLYGON", seglist_text(replace(loop, attributes=attributes), 3))
+    # --- drawing ------------------------------------------------------------------------------------------
 
-    def _polygon_of_path(self) -> Polygon | None:
-        polygon = Polygon.of(self.engine.points)
-        return polygon if polygon.is_convex else None
+    def _draw_path(self, active: bool = True) -> None:
+        points = self.engine.points
+        if not self.visuals or not points or (active and self._hides_path()):
+            return
+        key = (points, self.hints, active)
+        if self._path_key != key:
+            self._path_key = key
+            base = Attributes(label=f"{self.community}_{self.name}", active=active)
+            looks = self.hints.attributes(base=base) if active else base
+            self._path_text = seglist_text(SegList(points, attributes=looks), 3)
+            polygon = Polygon(points, attributes=looks)
+            self._loop_text = seglist_text(polygon, 3) if polygon.is_convex else ""
+        self.post("VIEW_SEGLIST", self._path_text)
+        if self.config.draw_path_loop and self._loop_text:
+            self.post("VIEW_POLYGON", self._loop_text)
+
+    def _hides_path(self) -> bool:
+        return self.hints.color("edge_color") in ("off", "inactive", "")
 
     def _draw(self, track: XY) -> None:
         if not self.visuals:
             return
         self._draw_path()
-        hints = self.hints
         px, py = self.engine.current
-        size = hints.size("vertex_size", "nextpt", 5.0)
-        color = hints.color("color", "nextpt") or hints.color("vertex_color", "nextpt", "yellow")
-        looks = Attributes(
-            label=self._next_label,
-            label_color=hints.color("label_color", "nextpt", "aqua"),
-            vertex_color=color,
-            vertex_size=size,
-        )
-        self.post("VIEW_POINT", point_text(Point(px, py, attributes=looks), show_active=True), "wpt")
-        if hypot(track[0] - px, track[1] - py) > SHOW_TRACK_POINT_BEYOND:
+        key = (px, py, self.hints)
+        if self._next_key != key:
+            self._next_key = key
             looks = Attributes(
-                label=self._track_label, label_color=color, vertex_color=color, vertex_size=4.0
+                label=self._next_label,
+                label_color=self.hints.color("label_color", "nextpt", "aqua"),
+                vertex_color=self._next_color(),
+                vertex_size=self.hints.size("vertex_size", "nextpt", 5.0),
             )
-            self.post("VIEW_POINT", point_text(Point(*track, attributes=looks)), "trk")
+            self._next_text = point_text(Point(px, py, attributes=looks), show_active=True)
+        self.post("VIEW_POINT", self._next_text, "wpt")
+        if hypot(track[0] - px, track[1] - py) > SHOW_TRACK_POINT_BEYOND:
+            color = self._next_color()
+            tail = f"label={self._track_label},label_color={color},vertex_color={color},vertex_size=4"
+            self.post("VIEW_POINT", f"x={num(track[0])},y={num(track[1])},{tail}", "trk")
         else:
-            self.post("VIEW_POINT", erase_point_text(self._track_label), "trk")
+            self.post("VIEW_POINT", self._track_erased, "trk")
+
+    def _next_color(self) -> str:
+        hints = self.hints
+        return hints.color("color", "nextpt") or hints.color("vertex_color", "nextpt", "yellow")
 
     def _erase_points(self) -> None:
         if self.visuals:
             self.post("VIEW_POINT", erase_point_text(self._next_label), "wpt")
-            self.post("VIEW_POINT", erase_point_text(self._track_label), "trk")
+            self.post("VIEW_POINT", self._track_erased, "trk")

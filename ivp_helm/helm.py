@@ -15,20 +15,21 @@ from typing import Literal, NamedTuple
 
 from ivp_helm import allstop
 from ivp_helm.allstop import AllStop
+from ivp_helm.announcer import Announcer, has_goal
 from ivp_helm.authority import Authority
 from ivp_helm.behavior_file import BehaviorFile
 from ivp_helm.build import Finder
 from ivp_helm.contacts import Ledger
 from ivp_helm.inbox import FIXED_VARIABLES, Inbox
 from ivp_helm.info_buffer import InfoBuffer
-from ivp_helm.ivp import Domain, IvPError, IvPFunction, Solution, Variable, decision_domain, solve
+from ivp_helm.ivp import Domain, IvPError, Solution, Variable, decision_domain, solve
 from ivp_helm.lifecycle import Life, Outcome
 from ivp_helm.modes import ModeSet
 from ivp_helm.outbox import HelmPost, Outbox
 from ivp_helm.platform_model import Platform
 from ivp_helm.population import Population
 from ivp_helm.settings import HelmSettings
-from ivp_helm.summary import Figures, Summary, Timing, state_variables
+from ivp_helm.summary import Timing
 from ivp_helm.surroundings import Surroundings
 from pymoos_lite.config.problems import Problem
 from pymoos_lite.core.message import Message
@@ -139,15 +140,13 @@ class HelmCore:
         self.problems: tuple[Problem, ...] = (*found, *self.content.problems, *self.population.built.problems)
         self.authority.malconfig = any(p.severity == "error" for p in self.problems)
         self.allstop = AllStop()
-        self.summary = Summary(self.domain.names, str(self.domain))
         self.timing = Timing()
+        self.announcer = Announcer(self)
         self._deferred = [i for i in self.content.initializations if i.deferred]
         self._start_posts: list[HelmPost] = []
         self._held = True
         self._nav_missing = True
         self._nav_warned = False
-        self._state_variables: set[str] = set()
-        self._lists: dict[str, str] = dict.fromkeys(("active", "running", "idle", "disabled"), "")
         self._referred: frozenset[str] = frozenset()
         self._restart = ""
         self._restarted = False
@@ -173,8 +172,7 @@ class HelmCore:
         post("IVPHELM_MODESET", self.modes.describe())
         if self.settings.helm_alias:
             post("IVPHELM_ALIAS", self.settings.helm_alias)
-        for group in self._lists:
-            self.outbox.post_change(f"IVPHELM_BHV_{group.upper()}_CNT", 0.0)
+        self.announcer.introduce()
 
     def _initialize(self, deferred: bool) -> None:
         for entry in self.content.initializations:
@@ -222,7 +220,7 @@ class HelmCore:
         for life in self.population:
             for name in life.behavior.variables_needed():
                 self.want(name)
-        self._state_variables |= state_variables(self.population)
+        self.announcer.note_variables(self.population.lives)
         self._referred = frozenset(
             str(contact) for life in self.population if (contact := vars(life.behavior.config).get("contact"))
         )
@@ -350,19 +348,15 @@ class HelmCore:
             outbox.post_change(variable, mode, "HELM_MODE")
         decision = solution.as_dict() if solution is not None else {}
         reason, complaint = self._judge(now, rounds, decision, complaint)
-        functions = [outcome.function for _, outcome in rounds if outcome.function is not None]
         self.timing = self.timing.after(sum(o.build_seconds for _, o in rounds), solve_seconds)
-        self._post_results(rounds)
-        self._tell_counts(rounds, functions)
+        self.announcer.before_posts(rounds)
         self._drain(rounds)
         self._bury(now)
-        self._tell_summary(now, rounds, functions, decision, reason, complaint)
+        self.announcer.after_posts(rounds, decision if reason == allstop.CLEAR else {}, complaint)
+        self._announce(reason)
         if reason == allstop.CLEAR:
-            self._announce(reason)
             for name, value in decision.items():
                 outbox.post(self._desired[name], value)
-        else:
-            self._announce(reason)
         self.trace = Trace(
             self.iteration, now, tuple(rounds), solution, decision, reason, self.modes.summary()
         )
@@ -411,16 +405,31 @@ class HelmCore:
             return allstop.STALE_NAV, ""
         if not any(outcome.function is not None for _, outcome in rounds):
             return allstop.NOTHING_TO_DO, ""
-        if self.settings.goals_mandatory and not self._has_goal(rounds):
+        if self.settings.goals_mandatory and not has_goal(rounds):
             return allstop.NO_GOAL, ""
         missing = [n for n in self.domain.names if n not in decision and n not in self._optional]
         if missing:
             return f"{allstop.MISSING}:{','.join(missing)}", ""
         return allstop.CLEAR, ""
 
-    @staticmethod
-    def _has_goal(rounds: Sequence[tuple[Life, Outcome]]) -> bool:
-        return any(o.function is not None and not life.behavior.CONSTRAINT for life, o in rounds)
+    def _drain(self, rounds: Sequence[tuple[Life, Outcome]]) -> None:
+        """Everything behaviours posted, in their order."""
+        for life, _ in rounds:
+            posts = life.behavior.take_posts()
+            for item in posts:
+                if item.variable == "BHV_WARNING":
+                    self.note("retract" if item.retracts else "warning", str(item.value))
+                elif item.variable in ("BHV_EVENT", "BHV_ERROR"):
+                    self.note("event", str(item.value))
+            aux = f"{self.iteration}:{life.name}"
+            self.outbox.drain(posts, life.name, aux, self.buffer, self.iteration)
+
+    def _bury(self, now: float) -> None:
+        """Remove the completed behaviours, after their posts went out."""
+        dead = self.population.bury(now, self.started, self.iteration)
+        for life in dead:
+            self.outbox.forget_behavior(life.name)
+        self.announcer.deaths(len(dead))
 
     def _announce(self, reason: str) -> None:
         """Say why the vehicle is stopped, or that it is not; zeros where the rules ask for them."""
@@ -438,105 +447,6 @@ class HelmCore:
                 self.authority.park()
         if reason.startswith(allstop.MISSING):
             self.outbox.post("BHV_ERROR", reason)
-
-    # --- telling ------------------------------------------------------------------------------------------
-
-    def _post_results(self, rounds: Sequence[tuple[Life, Outcome]]) -> None:
-        for life, _ in rounds:
-            for result in life.results:
-                self.outbox.post("IVPHELM_UPDATE_RESULT", result.report(self.buffer.now - self.started))
-            life.results.clear()
-
-    def _tell_counts(self, rounds: Sequence[tuple[Life, Outcome]], functions: Sequence[IvPFunction]) -> None:
-        post = self.outbox.post
-        for k, warning in enumerate(self.population.warnings):
-            post("IVPHELM_BHVSET_WARNING", f"{k}:{warning}")
-            self.note("warning", warning)
-        self.population.warnings.clear()
-        reused = sum(o.function.pieces for _, o in rounds if o.reused and o.function is not None)
-        post("IVPHELM_TOTAL_PCS_FORMED", float(sum(f.pieces for f in functions) - reused))
-        post("IVPHELM_TOTAL_PCS_CACHED", float(reused))
-        post("IVPHELM_IPF_CNT", float(len(functions)))
-        post("IVPHELM_ITER", float(self.iteration))
-
-    def _drain(self, rounds: Sequence[tuple[Life, Outcome]]) -> None:
-        outbox = self.outbox
-        iteration = self.iteration
-        for life, _ in rounds:
-            behavior = life.behavior
-            posts = behavior.take_posts()
-            for item in posts:
-                if item.variable == "BHV_WARNING":
-                    kind: Literal["warning", "retract"] = "retract" if item.retracts else "warning"
-                    self.note(kind, str(item.value))
-                elif item.variable in ("BHV_EVENT", "BHV_ERROR"):
-                    self.note("event", str(item.value))
-            outbox.drain(posts, life.name, f"{iteration}:{life.name}", self.buffer, iteration)
-
-    def _bury(self, now: float) -> None:
-        if self._state_variables:
-            self.outbox.post_change("IVPHELM_STATEVARS", ",".join(sorted(self._state_variables)))
-        dead = self.population.bury(now, self.started, self.iteration)
-        for life in dead:
-            self.outbox.forget_behavior(life.name)
-        self.outbox.post_change("IVPHELM_COMPLETED_PENDING", "true" if dead else "false")
-        self.outbox.post_change("IVPHELM_COMPLETED_COUNT", float(len(dead)))
-        if self.population.life_events:
-            for event in self.population.life_events:
-                self.outbox.post("IVPHELM_LIFE_EVENT", event)
-            self.population.life_events.clear()
-
-    def _tell_summary(
-        self,
-        now: float,
-        rounds: Sequence[tuple[Life, Outcome]],
-        functions: Sequence[IvPFunction],
-        decision: dict[str, float],
-        reason: str,
-        complaint: str,
-    ) -> None:
-        reused = sum(o.function.pieces for _, o in rounds if o.reused and o.function is not None)
-        figures = Figures(
-            self.iteration,
-            now,
-            len(functions),
-            sum(f.pieces for f in functions) - reused,
-            reused,
-            self.warning_count,
-            self.timing,
-            decision if reason == allstop.CLEAR else {},
-            bool(complaint),
-            self._has_goal(rounds),
-            self.modes.summary(),
-            complaint or "none",
-        )
-        outbox = self.outbox
-        outbox.post("IVPHELM_SUMMARY", self.summary.text(figures, rounds, self.population.completed))
-        self._tell_lists(rounds)
-        outbox.post("IVPHELM_CREATE_CPU", self.timing.create)
-        outbox.post("IVPHELM_LOOP_CPU", self.timing.create + self.timing.solve)
-
-    def _tell_lists(self, rounds: Sequence[tuple[Life, Outcome]]) -> None:
-        outbox = self.outbox
-        groups: dict[str, list[str]] = {group: [] for group in self._lists}
-        for life, outcome in rounds:
-            if outcome.state in groups:
-                groups[outcome.state].append(life.name)
-        for group, names in groups.items():
-            text = ",".join(names)
-            if text != self._lists[group]:
-                self._lists[group] = text
-                outbox.post(f"IVPHELM_BHV_{group.upper()}", text)
-                outbox.post_change(f"IVPHELM_BHV_{group.upper()}_CNT", float(len(names)))
-        outbox.post_change("IVPHELM_BHV_CNT", float(len(self.population.lives)))
-        outbox.post_change("IVPHELM_BHV_CNT_EVER", float(self.population.ever))
-        updates = ",".join(
-            f"{life.name}={life.behavior.config.updates}"
-            for life in self.population
-            if life.behavior.config.updates
-        )
-        if updates:
-            outbox.post_change("IVPHELM_UPDATEVARS", updates)
 
 
 def _desired(prefix: str, variable: str) -> str:

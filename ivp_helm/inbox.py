@@ -117,7 +117,7 @@ class Inbox:
         return False
 
     def _rejournal(self, message: Message) -> bool:
-        self._core.summary.restart()
+        self._core.announcer.refresh()
         return False
 
     def _state(self, message: Message) -> bool:
@@ -129,7 +129,7 @@ class Inbox:
         if answer == "takeover":
             core.be_replaced(message.source)
         elif answer == "refresh":
-            core.summary.restart()
+            core.announcer.refresh()
             core.outbox.forget_change("IVPHELM_ALLSTOP")
         return False
 
