@@ -73,4 +73,7 @@ APPS: tuple[Entry, ...] = (
 VIEWERS = ("pMarineViewer", "uMAC", "uMACView", "uXMS", "uFldScope")
 """Programs of a person's screen: `pymoos` has its own, so a mission that starts them is not faulty."""
 
-BEHAVIORS: tuple[Entry, ...] = ()
+BEHAVIORS: tuple[Entry, ...] = (
+    Entry("BHV_Waypoint", "behaviors.waypoint:Waypoint", (), "Traverses a list of points."),
+    Entry("BHV_ConstantSpeed", "behaviors.constant_speed:ConstantSpeed", (), "Keeps a speed."),
+)
