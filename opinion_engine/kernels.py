@@ -145,24 +145,53 @@ def project_active(z: np.ndarray, active: np.ndarray) -> None:
                 z[j] -= mean
 
 
-@njit(cache=True, error_model="numpy")
-def substeps(dt: float, resistance: np.ndarray, u_max: float, own: np.ndarray, tau_u: float) -> int:
-    """How many equal Runge-Kutta steps an update of dt needs: rate * step <= 0.2, within [1, MAX_SUBSTEPS].
-
-    gcid.md 4 with the coupling row sum taken over the agent's own couplings: the neighbours are held during an update,
-    so their part of the row shifts the argument of tanh but adds no rate. Attention's own rate 1/tau_u counts too.
-    """
-    fastest = 0.0
-    for j in range(resistance.size):
-        row = 0.0
-        for option in range(resistance.size):
-            row += abs(own[j, option])
-        fastest = max(fastest, resistance[j] + u_max * row)
-    fastest = max(fastest, 1.0 / tau_u)
-    m = np.ceil(dt * fastest / 0.2)
+@njit(cache=True, inline="always", error_model="numpy")
+def substeps(dt: float, rate: float) -> int:
+    """How many equal Runge-Kutta steps an update of dt needs: rate * step <= 0.2, within [1, MAX_SUBSTEPS]."""
+    m = np.ceil(dt * rate / 0.2)
     if not m >= 1.0:
         return 1
     return MAX_SUBSTEPS if m > MAX_SUBSTEPS else int(m)
+
+
+@njit(cache=True, inline="always", error_model="numpy")
+def _agent_rate(
+    z: np.ndarray,
+    u: float,
+    resistance: np.ndarray,
+    b: np.ndarray,
+    active: np.ndarray,
+    n_active: int,
+    constant: np.ndarray,
+    pairs: int,
+    row_of: np.ndarray,
+    column_of: np.ndarray,
+    slope: np.ndarray,
+    offset: np.ndarray,
+    argument: np.ndarray,
+    rate: np.ndarray,
+) -> float:
+    """Projected z' of one agent into `rate` (0 where inactive); returns its own mean square."""
+    square = 0.0
+    for j in range(z.size):
+        rate[j] = constant[j]
+        square += z[j] * z[j]  # inactive ones are 0
+    for p in range(pairs):
+        argument[p] = slope[p] * z[column_of[p]] + offset[p]
+    for p in range(pairs):
+        argument[p] = tanh(argument[p])
+    for p in range(pairs):
+        rate[row_of[p]] += argument[p]
+    mean = 0.0
+    for j in range(z.size):
+        if active[j]:
+            rate[j] = u * rate[j] - resistance[j] * z[j] + b[j]
+            mean += rate[j]
+    mean /= n_active
+    for j in range(z.size):
+        if active[j]:
+            rate[j] -= mean
+    return square / n_active
 
 
 @njit(cache=True, error_model="numpy")
@@ -170,7 +199,6 @@ def agent_step(
     z: np.ndarray,
     u: float,
     dt: float,
-    m: int,
     resistance: np.ndarray,
     own: np.ndarray,
     heard: np.ndarray,
@@ -184,11 +212,16 @@ def agent_step(
     y_th: float,
     n: float,
 ) -> float:
-    """Integrate one agent's opinions (in place) and attention (returned) over dt by m classical RK4 steps.
+    """Integrate one agent's opinions (in place) and attention (returned) over dt by equal classical RK4 steps.
 
     Paper equations (2) and (5) with inputs and neighbours held: z (N_O), own[j, l] = A_ii^jl, heard[j, l] = A_ik^jl for
     every neighbour, heard_sum the sum of the neighbours' opinions, heard_square the sum of their mean squares. Options
     that are not active have no row and no term.
+
+    The step follows gcid.md 4 in spirit, rate * step <= 0.2, with the rates of the system that is integrated: the
+    agent's own couplings (held neighbours shift the argument of tanh but add no rate), attention's 1/tau_u, and the
+    speed at which the arguments of tanh move at the start, without which a large new input would jump over the bend
+    of tanh in one step.
     """
     n_o = z.size
     project_active(z, active)
@@ -200,10 +233,12 @@ def agent_step(
     constant = np.zeros(n_o)
     pairs = 0
     n_active = 0
+    fastest = 1.0 / tau_u
     for j in range(n_o):
         if not active[j]:
             continue
         n_active += 1
+        row_sum = 0.0
         for option in range(n_o):
             if not active[option]:
                 continue
@@ -216,13 +251,22 @@ def agent_step(
                 column_of[pairs] = option
                 slope[pairs] = own[j, option]
                 offset[pairs] = shift
+                row_sum += abs(own[j, option])
                 pairs += 1
+        fastest = max(fastest, resistance[j] + u_max * row_sum)
     if n_active == 0:
         return u
     argument = np.empty(pairs)
     stage_z = np.empty(n_o)
     rate_z = np.zeros(n_o)
     sum_z = np.empty(n_o)
+    _agent_rate(
+        z, u, resistance, b, active, n_active, constant, pairs, row_of, column_of, slope, offset, argument, rate_z
+    )
+    speed = 0.0
+    for p in range(pairs):
+        speed = max(speed, abs(slope[p] * rate_z[column_of[p]]))
+    m = substeps(dt, fastest + speed)
     h = dt / m
     for _ in range(m):
         sum_u = 0.0
@@ -231,30 +275,16 @@ def agent_step(
             stage_z[j] = z[j]
             sum_z[j] = 0.0
         for stage in range(4):
-            y = 0.0
-            for j in range(n_o):
-                rate_z[j] = constant[j]
-                y += stage_z[j] * stage_z[j]  # inactive ones are 0
-            for p in range(pairs):
-                argument[p] = slope[p] * stage_z[column_of[p]] + offset[p]
-            for p in range(pairs):
-                argument[p] = tanh(argument[p])
-            for p in range(pairs):
-                rate_z[row_of[p]] += argument[p]
-            mean = 0.0
-            for j in range(n_o):
-                if active[j]:
-                    rate_z[j] = stage_u * rate_z[j] - resistance[j] * stage_z[j] + b[j]
-                    mean += rate_z[j]
-            mean /= n_active
-            rate_u = (hill(y / n_active + heard_square, u_min, u_max, y_th, n) - stage_u) / tau_u
+            square = _agent_rate(
+                stage_z, stage_u, resistance, b, active, n_active, constant, pairs, row_of, column_of, slope, offset,
+                argument, rate_z,
+            )  # fmt: skip
+            rate_u = (hill(square + heard_square, u_min, u_max, y_th, n) - stage_u) / tau_u
             weight = 1.0 if stage == 0 or stage == 3 else 2.0
             ahead = h if stage == 2 else 0.5 * h
             for j in range(n_o):
-                if active[j]:
-                    rate = rate_z[j] - mean
-                    sum_z[j] += weight * rate
-                    stage_z[j] = z[j] + ahead * rate
+                sum_z[j] += weight * rate_z[j]
+                stage_z[j] = z[j] + ahead * rate_z[j]
             sum_u += weight * rate_u
             stage_u = u + ahead * rate_u
         for j in range(n_o):
@@ -321,6 +351,43 @@ def agent_step_reference(
     for j in range(n_o):
         z[j] -= centre
     return u
+
+
+@njit(cache=True, error_model="numpy")
+def agent_update(
+    z: np.ndarray,
+    u: float,
+    dt: float,
+    now: float,
+    stale: float,
+    count: int,
+    record_time: np.ndarray,
+    record_z: np.ndarray,
+    record_square: np.ndarray,
+    heard_sum: np.ndarray,
+    resistance: np.ndarray,
+    own: np.ndarray,
+    heard: np.ndarray,
+    b: np.ndarray,
+    active: np.ndarray,
+    tau_u: float,
+    u_min: float,
+    u_max: float,
+    y_th: float,
+    n: float,
+    reference: bool,
+) -> tuple[float, float]:
+    """`hear`, then one update of either variant: (new attention, the neighbours' part of y). z changes in place."""
+    square = hear(now, stale, count, record_time, record_z, record_square, heard_sum)
+    if reference:
+        u = agent_step_reference(
+            z, u, dt, resistance, own, heard, heard_sum, square, b, active, tau_u, u_min, u_max, y_th, n
+        )
+    else:
+        u = agent_step(
+            z, u, dt, resistance, own, heard, heard_sum, square, b, active, tau_u, u_min, u_max, y_th, n
+        )
+    return u, square
 
 
 # ----------------------------------------------------------------------------------------- a dense network

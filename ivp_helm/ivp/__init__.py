@@ -1,1 +1,33 @@
 """Interval programming on its own: domains, piecewise functions, builders, an exact solver."""
+
+from ivp_helm.ivp.coupler import couple
+from ivp_helm.ivp.domain import Domain, DomainEntry, Variable, parse_entry
+from ivp_helm.ivp.errors import IvPError
+from ivp_helm.ivp.function import IvPFunction, constant
+from ivp_helm.ivp.solver import Solution, Status, decision_domain, solve, solve_exhaustive
+from ivp_helm.ivp.warm import warm_up
+from ivp_helm.ivp.zaic import Peak, zaic_hdg, zaic_heq, zaic_leq, zaic_peak, zaic_spd, zaic_vector
+
+__all__ = [
+    "Domain",
+    "DomainEntry",
+    "IvPError",
+    "IvPFunction",
+    "Peak",
+    "Solution",
+    "Status",
+    "Variable",
+    "constant",
+    "couple",
+    "decision_domain",
+    "parse_entry",
+    "solve",
+    "solve_exhaustive",
+    "warm_up",
+    "zaic_hdg",
+    "zaic_heq",
+    "zaic_leq",
+    "zaic_peak",
+    "zaic_spd",
+    "zaic_vector",
+]

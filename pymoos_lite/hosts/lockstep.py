@@ -66,6 +66,7 @@ class Lockstep:
         self.finished = False
         self._queue: list[tuple[float, int, Community, AppRunner]] = []
         self._order = 0
+        self._over: Callable[[], bool] | None = None
         self._pokes: list[tuple[float, int, str, str, str | float]] = []
         self._running: dict[tuple[str, str], tuple[Community, AppRunner]] = {}
 
@@ -136,6 +137,10 @@ class Lockstep:
         self._order += 1
         heapq.heappush(self._pokes, (self.clock.start + at, self._order, community, name, value))
 
+    def end_when(self, over: Callable[[], bool]) -> None:
+        """Make `run` stop early once `over()` is true; asked once per mission second."""
+        self._over = over
+
     # --- running -----------------------------------------------------------------------------
 
     @property
@@ -181,9 +186,12 @@ class Lockstep:
                 heapq.heappush(queue, (runner.next_deadline(), order, community, runner))
             if community.mail_driven:
                 self._serve_mail_driven(community, now)
-            if progress is not None and now >= next_progress:
+            if now >= next_progress:
                 next_progress = now + 1.0
-                progress(now - clock.start)
+                if progress is not None:
+                    progress(now - clock.start)
+                if self._over is not None and self._over():
+                    return
         if not self.finished and clock.now() < end < float("inf"):
             clock.advance_to(end)
 

@@ -1,6 +1,6 @@
 """From desired heading, speed and depth to rudder, thrust and elevator: the controller of pMarinePIDV22.
 
-`ScalarPid` is one loop; `PidController` is the four of them with the rules about staleness and manual
+`ScalarPid` is one loop; `PidEngine` is the four of them with the rules about staleness and manual
 override around them. Neither reads a clock or mail: values and `now` are handed in. Source:
 marine_apps.md 2.3 and 2.4. Headings in degrees, pitch in radians inside, maxpitch and elevator in degrees.
 """
@@ -46,7 +46,7 @@ class PidParameters:
     tardy_helm: float = 2.0
     tardy_nav: float = 2.0
     sim_instability: float = 0.0
-    negative_thrust: bool = False  # pMarinePID of old lets the thrust loop reverse
+    legacy: bool = False  # pMarinePID of old: reversing thrust loop, freshness by group
     thrust_cap: float = 100.0
 
 
@@ -112,7 +112,7 @@ class ScalarPid:
         return self._output
 
 
-class PidController:
+class PidEngine:
     """Steers a vessel toward desired heading, speed and depth.
 
     Feed it with the `hear_*` methods, call `step(now)` once per iteration, then read `rudder`, `thrust`,
@@ -252,7 +252,7 @@ class PidController:
                 return
         self.stale = False
         self.thrust = self._step_thrust(now)
-        if self.thrust == 0.0 or (self.thrust < 0.0 and not p.negative_thrust):
+        if self.thrust == 0.0 or (self.thrust < 0.0 and not p.legacy):
             return
         self.rudder = self._step_rudder(now)
         if p.depth_control:
@@ -265,6 +265,11 @@ class PidController:
     def _check_age(self, now: float) -> None:
         p = self._parameters
         helm, nav = now - p.tardy_helm, now - p.tardy_nav
+        if p.legacy:
+            latest = max(self.nav_heading_at, self.nav_speed_at, self.nav_depth_at, self.nav_pitch_at)
+            self.nav_heading_at = self.nav_speed_at = self.nav_depth_at = self.nav_pitch_at = latest
+            latest = max(self.desired_heading_at, self.desired_speed_at)
+            self.desired_heading_at = self.desired_speed_at = self.desired_depth_at = latest
         fresh = (
             self.desired_heading_at >= helm
             and self.desired_speed_at >= helm
@@ -297,7 +302,7 @@ class PidController:
         else:
             change = self._speed_loop.step(self.desired_speed - self.nav_speed, now)
             thrust = self._thrust_before + (change or 0.0)
-        if p.negative_thrust:
+        if p.legacy:
             if abs(self.desired_speed) <= 0.001:
                 thrust = 0.0
             thrust = max(thrust, -p.max_thrust)

@@ -10,16 +10,21 @@ from pathlib import Path
 from pymoos_lite.tools.mission import (
     MissionError,
     add_mission_arguments,
+    end_condition,
     load_plan,
     parse_settings,
     report_problems,
 )
+from pymoos_lite.tools.values import typed_value
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_mission_arguments(parser)
     parser.add_argument(
         "--duration", type=float, default=600.0, metavar="S", help="mission seconds to run (default 600)"
+    )
+    parser.add_argument(
+        "--until", metavar="COND", help="end earlier when this condition holds, e.g. 'RETURNED = true'"
     )
     parser.add_argument("--seed", type=int, default=0, help="seed of every random number (default 0)")
     parser.add_argument(
@@ -38,6 +43,7 @@ def run(args: argparse.Namespace) -> int:
 
     try:
         plan = load_plan(args.mission, parse_settings(args.set))
+        finished = end_condition(plan, args.until)
         pokes = [parse_poke(text) for text in args.poke]
     except MissionError as error:
         print(error, file=sys.stderr)
@@ -48,7 +54,13 @@ def run(args: argparse.Namespace) -> int:
     if report_problems(plan.problems, args.strict):
         return 1
     host = Lockstep(args.seed, args.log_dir)
-    host.add_plan(plan)
+    community = host.add_plan(plan)
+    if finished is not None:
+        ended = finished.holds
+        database = community.database
+        host.end_when(
+            lambda: ended({n: v for n in finished.variables if (v := database.value(n)) is not None})
+        )
     for at, name, value in pokes:
         host.poke(at, name, value)
     began = time.perf_counter()
@@ -88,16 +100,6 @@ def parse_poke(text: str) -> tuple[float, str, str | float]:
             f"--poke {text}: expected T:VAR=VALUE with T in mission seconds, e.g. 10:DEPLOY=true"
         )
     return seconds, name, value if forced else typed_value(value)
-
-
-def typed_value(text: str) -> str | float:
-    """A double if `text` is a plain number, text without its quotes otherwise (community.md 19.1)."""
-    from pymoos_lite.records.csp import is_number
-
-    if is_number(text):
-        return float(text)
-    quoted = len(text) >= 2 and text[0] == text[-1] == '"'
-    return text[1:-1] if quoted else text
 
 
 class _Progress:

@@ -9,7 +9,7 @@ from golden_replay import Recording, load, replay
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pymoos_lite.marine.pid import PidController, PidGains, PidParameters, ScalarPid
+from pymoos_lite.marine.pid import PidEngine, PidGains, PidParameters, ScalarPid
 from pymoos_lite.marine.thrust_map import parse_thrust_map
 from pymoos_lite.marine.vessel_model import VesselModel, VesselParameters
 
@@ -18,12 +18,12 @@ _INPUTS = frozenset(
 )
 
 
-def controller_of(config: dict[str, str]) -> PidController:
+def controller_of(config: dict[str, str]) -> PidEngine:
     def gains(prefix: str) -> PidGains:
         names = ("kp", "kd", "ki", "integral_limit")
         return PidGains(*(float(config[f"{prefix}_pid_{name}"]) for name in names))
 
-    return PidController(
+    return PidEngine(
         PidParameters(
             yaw=gains("yaw"),
             speed=gains("speed"),
@@ -38,7 +38,7 @@ def controller_of(config: dict[str, str]) -> PidController:
 class RecordedPid:
     """A controller alone, hearing what the script posted."""
 
-    def __init__(self, controller: PidController) -> None:
+    def __init__(self, controller: PidEngine) -> None:
         self.controller = controller
 
     def receive(self, variable: str, text: str, now: float) -> None:
@@ -63,7 +63,7 @@ class RecordedPid:
 class RecordedBoat(RecordedPid):
     """A vessel with a controller on board, as uSimMarineV22 runs it: steer, then move."""
 
-    def __init__(self, controller: PidController, model: VesselModel, start: float) -> None:
+    def __init__(self, controller: PidEngine, model: VesselModel, start: float) -> None:
         super().__init__(controller)
         self.model = model
         self.now = start
@@ -172,13 +172,13 @@ def test_a_recorded_vessel_driven_by_the_recorded_stand_alone_controller_sails_t
     assert distance_run > 60.0
 
 
-def in_control(controller: PidController) -> bool:
+def in_control(controller: PidEngine) -> bool:
     return controller.has_control
 
 
-def ready(**changes: object) -> PidController:
+def ready(**changes: object) -> PidEngine:
     """A controller that has heard everything and has control at time 1."""
-    controller = PidController(
+    controller = PidEngine(
         PidParameters(**{"yaw": PidGains(kp=1.0), "depth_control": False, "speed_factor": 20.0, **changes})  # type: ignore[arg-type]
     )
     controller.set_override(False)
@@ -194,7 +194,7 @@ def ready(**changes: object) -> PidController:
 
 
 def test_nothing_is_driven_before_every_quantity_has_arrived() -> None:
-    controller = PidController(PidParameters(depth_control=False, speed_factor=20.0))
+    controller = PidEngine(PidParameters(depth_control=False, speed_factor=20.0))
     controller.set_override(False)
     controller.step(1.0)
     controller.hear_desired_heading(90.0)
@@ -209,7 +209,7 @@ def test_nothing_is_driven_before_every_quantity_has_arrived() -> None:
 
 
 def test_a_value_heard_before_the_first_step_does_not_count() -> None:
-    controller = PidController(PidParameters(depth_control=False, speed_factor=20.0, simulation=True))
+    controller = PidEngine(PidParameters(depth_control=False, speed_factor=20.0, simulation=True))
     controller.set_override(False)
     for hear in (
         controller.hear_desired_heading,
@@ -255,7 +255,7 @@ def test_rudder_and_elevator_rest_while_thrust_is_zero() -> None:
 
 
 def test_depth_control_waits_for_depth_and_pitch() -> None:
-    controller = PidController(PidParameters(speed_factor=20.0, simulation=True))
+    controller = PidEngine(PidParameters(speed_factor=20.0, simulation=True))
     controller.set_override(False)
     controller.step(1.0)
     controller.hear_desired_heading(90.0)
@@ -296,7 +296,7 @@ def test_the_shorter_way_round_decides_the_rudder_side() -> None:
 
 def test_the_thrust_loop_never_reverses_unless_it_is_the_old_application() -> None:
     forward = ready(speed_factor=0.0, speed=PidGains(kp=10.0))
-    backward = ready(speed_factor=0.0, speed=PidGains(kp=10.0), negative_thrust=True)
+    backward = ready(speed_factor=0.0, speed=PidGains(kp=10.0), legacy=True)
     for controller in (forward, backward):
         controller.hear_speed(4.0)
         controller.step(1.1)

@@ -1,0 +1,33 @@
+"""Load (or, the first time ever, compile) every kernel before the first decision is due."""
+
+from __future__ import annotations
+
+from ivp_helm.ivp.coupler import couple
+from ivp_helm.ivp.domain import Domain
+from ivp_helm.ivp.function import constant
+from ivp_helm.ivp.solver import solve
+from ivp_helm.ivp.zaic import Peak, zaic_hdg, zaic_leq, zaic_peak, zaic_spd
+
+_warm = False
+
+
+def warm_up() -> None:
+    """Run every builder and the solver once on a tiny domain.
+
+    Takes well under a second once the compile cache is filled, and nothing when called again. A program
+    that decides under a deadline calls this while it starts, never inside its first decision.
+    """
+    global _warm  # noqa: PLW0603 - once per process is the meaning
+    if _warm:
+        return
+    domain = Domain.parse("course,0,350,36:speed,0,4,11:depth,0,50,11")
+    course = zaic_peak(domain, "course", Peak(270, basewidth=180), wrap=True)
+    speed = zaic_spd(domain, "speed", 2, 1, 3, 50, 50)
+    zaic_hdg(domain, "course", 90, 20, 20)
+    joint = couple(course, speed).normalised(0, 90).expanded(domain)
+    joint.evaluate([[0, 0, 0]])
+    joint.table()
+    functions = [joint, zaic_leq(domain, "depth", 20, 5), constant(domain.subdomain("speed"), 5.0)]
+    for method in ("sweep", "search"):
+        solve(domain, functions, method=method)
+    _warm = True

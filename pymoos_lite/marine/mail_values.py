@@ -1,0 +1,81 @@
+"""What a message's value means to an app that wants a number or a truth value.
+
+Mail comes from anybody: a value that is not what it should be is told to the app's user as a run
+warning and otherwise ignored.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from pymoos_lite.app import App
+from pymoos_lite.core.message import Message
+from pymoos_lite.records.csp import clip, parse_bool
+
+Handler = Callable[[Message], None]
+
+
+MAX_MAGNITUDE = 1e12  # beyond any honest quantity, and far from where sums of products overflow
+
+
+def finite_number(message: Message) -> float | None:
+    """The value as a finite number (numeric text counts) of at most `MAX_MAGNITUDE`, or None."""
+    value = message.value
+    if type(value) is not float:
+        number = message.number
+        if number is None:
+            return None
+        value = number
+    return value if -MAX_MAGNITUDE <= value <= MAX_MAGNITUDE else None
+
+
+def on_number(app: App, use: Callable[[float], None]) -> Handler:
+    """A handler that passes finite numbers to `use`, and warns of everything else and of its ValueErrors."""
+
+    def handle(message: Message) -> None:
+        value = finite_number(message)
+        if value is None:
+            app.run_warning(f"{message.name} needs a finite number, not '{clip(message.text, 40)}'")
+            return
+        try:
+            use(value)
+        except ValueError as error:
+            app.run_warning(f"{message.name} = {value:g}: {error}")
+
+    return handle
+
+
+def on_truth(app: App, use: Callable[[bool], None]) -> Handler:
+    """A handler that passes true or false to `use` and warns of everything else."""
+
+    def handle(message: Message) -> None:
+        value = parse_bool(message.text)
+        if value is None:
+            app.run_warning(f"{message.name} needs true or false, not '{clip(message.text, 40)}'")
+        else:
+            use(value)
+
+    return handle
+
+
+def on_text(app: App, use: Callable[[str], object]) -> Handler:
+    """A handler that passes text to `use`, and turns a ValueError of it into a run warning."""
+
+    def handle(message: Message) -> None:
+        try:
+            use(message.text)
+        except ValueError as error:
+            app.run_warning(f"{message.name} '{clip(message.text, 40)}': {error}")
+
+    return handle
+
+
+def dispatch(app: App, handlers: dict[str, Handler], mail: list[Message]) -> None:
+    """Hand each message to its handler; unknown names become a run warning."""
+    find = handlers.get
+    for message in mail:
+        handler = find(message.name)
+        if handler is not None:
+            handler(message)
+        else:
+            app.run_warning(f"Unhandled Mail: {clip(message.name, 40)}")
