@@ -67,10 +67,52 @@ APPS: tuple[Entry, ...] = (
         ("node_reporter",),
         "Publishes node reports.",
     ),
+    Entry(
+        "pShare", "pymoos_lite.field.share:ShareApp", ("share",), "Bridges variables to other communities."
+    ),
+    Entry(
+        "pHostInfo",
+        "pymoos_lite.field.host_info:HostInfo",
+        ("host_info",),
+        "Says where this community can be reached.",
+    ),
+    Entry(
+        "uFldNodeBroker",
+        "pymoos_lite.field.node_broker:NodeBroker",
+        ("node_broker",),
+        "A vehicle finds its shoreside.",
+    ),
+    Entry(
+        "uFldShoreBroker",
+        "pymoos_lite.field.shore_broker:ShoreBroker",
+        ("shore_broker",),
+        "The shoreside finds its vehicles.",
+    ),
+    Entry(
+        "uFldNodeComms",
+        "pymoos_lite.field.node_comms:NodeComms",
+        ("node_comms",),
+        "Passes reports and messages between vehicles, as far as they can hear each other.",
+    ),
+    Entry(
+        "uFldMessageHandler",
+        "pymoos_lite.field.message_handler:MessageHandler",
+        ("message_handler",),
+        "Posts what other vehicles sent in messages.",
+    ),
+    Entry(
+        "pDeadManPost",
+        "pymoos_lite.field.dead_man:DeadMan",
+        ("dead_man",),
+        "Posts flags when a heartbeat stays away.",
+    ),
     Entry("pHelmIvP", "ivp_helm.app:Helm", ("helm",), "Decides heading and speed by interval programming."),
 )
 
 VIEWERS = ("pMarineViewer", "uMAC", "uMACView", "uXMS", "uFldScope")
 """Programs of a person's screen: `pymoos` has its own, so a mission that starts them is not faulty."""
 
-BEHAVIORS: tuple[Entry, ...] = ()
+BEHAVIORS: tuple[Entry, ...] = (
+    Entry("BHV_Waypoint", "behaviors.waypoint:Waypoint", (), "Traverses a list of points."),
+    Entry("BHV_ConstantSpeed", "behaviors.constant_speed:ConstantSpeed", (), "Keeps a speed."),
+)
