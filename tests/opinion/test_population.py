@@ -202,7 +202,9 @@ def test_losses_repeat_from_their_seed_and_differ_between_seeds():
     z0 = rng.normal(size=(50, 3))
 
     def end(seed):
-        p = Population(graph, uniform(), attention=ATTENTION, z0=z0, links=Links(loss=0.5, delay=(0, 3)), seed=seed)
+        p = Population(
+            graph, uniform(), attention=ATTENTION, z0=z0, links=Links(loss=0.5, delay=(0, 3)), seed=seed
+        )
         p.run(20, 0.5)
         return p.z.copy()
 
@@ -233,7 +235,9 @@ def test_run_records_shares_attention_and_the_agents_observed():
     b = np.zeros((100, 3))
     b[:, 1] = 1.0
     told = []
-    population = Population(graph, uniform(), attention=ATTENTION, inputs=b, z0=1e-3 * rng.normal(size=(100, 3)))
+    population = Population(
+        graph, uniform(), attention=ATTENTION, inputs=b, z0=1e-3 * rng.normal(size=(100, 3))
+    )
     result = population.run(
         40, 0.5, record_every=10, observe=[0, 7], progress=lambda done, total: told.append((done, total))
     )
