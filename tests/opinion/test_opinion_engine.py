@@ -439,8 +439,9 @@ def test_the_order_of_arrival_of_timed_messages_does_not_matter(order):
         {"max_dt": float("nan")},
         {"model": "other"},
         {"encoding": "i32"},
-    ]
-    + [{"group": "a:b"}, {"social_tick": 0.0}],
+        {"group": "a:b"},
+        {"social_tick": 0.0},
+    ],
 )
 def test_settings_out_of_range_are_refused(values):
     with pytest.raises(OpinionError):
