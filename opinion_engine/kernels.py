@@ -43,7 +43,7 @@ def _double_of(typing_context: Any, x: Any) -> Any:
     return types.float64(types.int64), emit
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def tanh(x: float) -> float:
     """Hyperbolic tangent, exactly odd, within 2 units in the last place, NaN for NaN.
 
@@ -73,7 +73,7 @@ def tanh_array(x: np.ndarray, out: np.ndarray) -> None:
         out[i] = tanh(x[i])
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def power(base: float, exponent: float) -> float:
     """base ** exponent for base >= 0; small whole exponents by multiplication, 0 ** n = 0."""
     if exponent == 2.0:
@@ -87,7 +87,7 @@ def power(base: float, exponent: float) -> float:
     return base**exponent
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def hill(y: float, u_min: float, u_max: float, y_th: float, n: float) -> float:
     """S_u(y) = u_min + (u_max - u_min) y^n / (y_th^n + y^n), written so that no power overflows."""
     ratio = y / y_th
@@ -145,7 +145,7 @@ def project_active(z: np.ndarray, active: np.ndarray) -> None:
                 z[j] -= mean
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def substeps(dt: float, rate: float) -> int:
     """How many equal Runge-Kutta steps an update of dt needs: rate * step <= 0.2, within [1, MAX_SUBSTEPS]."""
     m = np.ceil(dt * rate / 0.2)
@@ -154,7 +154,7 @@ def substeps(dt: float, rate: float) -> int:
     return MAX_SUBSTEPS if m > MAX_SUBSTEPS else int(m)
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _agent_rate(
     z: np.ndarray,
     u: float,
