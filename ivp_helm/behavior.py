@@ -126,6 +126,7 @@ class Behavior:
         self.spawned = False
         self.failed = False
         """An error was posted in this iteration."""
+        self.last_error = ""
         self.conditions = ConditionSet()
         self._posts: list[Post] = []
         self._watched: dict[str, None] = dict.fromkeys(type(self).INFO)
@@ -199,6 +200,12 @@ class Behavior:
         """Whether a spawned behaviour's contact is gone from the ledger, so that it has nothing left to do."""
         contact = vars(self.config).get("contact")
         return bool(contact) and contact not in self.surroundings.contacts
+
+    def able_fields(self) -> dict[str, str]:
+        """What selectors of BHV_ABLE_FILTER compare with: ``contact``, ``vsource``, ``obstacle``."""
+        contact = str(vars(self.config).get("contact", ""))
+        known = self.surroundings.contacts.get(contact)
+        return {"contact": contact, "vsource": str(getattr(known, "vsource", ""))}
 
     # --- what the helm lends --------------------------------------------------------------------------
 
@@ -313,7 +320,8 @@ class Behavior:
     def error(self, text: str) -> None:
         """Something is wrong: BHV_ERROR; the helm stops the vehicle in this iteration."""
         self.failed = True
-        self._posts.append(Post("BHV_ERROR", f"{self.name}: {text}", None))
+        self.last_error = f"{self.name}: {text}"
+        self._posts.append(Post("BHV_ERROR", self.last_error, None))
 
     def warn(self, text: str) -> None:
         """Something is not as it should be: BHV_WARNING, shown until `retract_warning` of the same text."""

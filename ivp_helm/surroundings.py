@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ivp_helm.info_buffer import InfoBuffer
+from pymoos_lite.geometry.geodesy import Geodesy
 
 if TYPE_CHECKING:
     from ivp_helm.ivp import Domain
@@ -43,7 +44,8 @@ class Surroundings:
     platform: Any = None
     random: random.Random = field(default_factory=lambda: random.Random(0))
     comms_policy: str = "open"
-    origin: tuple[float, float] | None = None
+    geodesy: Geodesy | None = None
+    """The mission's local grid, where there is one."""
 
     @property
     def now(self) -> float:

@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Any, Self
 
 from pymoos_lite.geometry.angles import bearing, project_point, snap_to_step
@@ -121,14 +122,14 @@ class SegList:
     @property
     def length(self) -> float:
         """Sum of the legs from first to last vertex; a polygon's closing edge is not among them."""
-        return sum(math.dist(a, b) for a, b in zip(self.points, self.points[1:], strict=False))
+        return sum(math.dist(a, b) for a, b in pairwise(self.points))
 
     def point_at(self, distance: float) -> XY:
         """Point at this arc length from the first vertex, held between the ends; (0, 0) without vertices."""
         if not self.points:
             return 0.0, 0.0
         left = max(0.0, distance)
-        for (ax, ay), (bx, by) in zip(self.points, self.points[1:], strict=False):
+        for (ax, ay), (bx, by) in pairwise(self.points):
             leg = math.hypot(bx - ax, by - ay)
             if left <= leg and leg > 0.0:
                 t = left / leg

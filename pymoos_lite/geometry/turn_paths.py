@@ -191,7 +191,7 @@ def williamson(
 
 
 def _arc(cx: float, cy: float, radius: float, start: float, sweep: float, gap: float) -> list[XY]:
-    """Points of a circle from bearing `start` through `sweep` degrees, ends included; negative ones run left."""
+    """Points of a circle from bearing `start` through `sweep` degrees (negative: leftward), ends included."""
     if sweep == 0.0:
         return [project_point(start, radius, cx, cy)]
     step = math.copysign(gap, sweep)

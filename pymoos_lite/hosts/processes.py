@@ -83,6 +83,9 @@ class ProcessHost:
         self._connections.append((client, connection))
         return connection
 
+    def prepare(self) -> None:
+        """Nothing: every process prepares itself."""
+
     def start_apps(self) -> None:
         for app in self.plan.apps:
             self._spawn(app.name)
@@ -133,6 +136,7 @@ class ProcessHost:
             "key": self.options.key,
             "log_dir": str(self.options.log_dir) if self.options.log_dir else None,
             "seed": self.options.seed,
+            "share_bind": self.options.share_bind,
         }
         process = subprocess.Popen(
             [sys.executable, "-m", "pymoos_lite.hosts.remote"],
