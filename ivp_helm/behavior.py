@@ -291,9 +291,9 @@ class Behavior:
                 flag.condition is not None and not holds(flag.condition, self.buffer)
             ):
                 continue
-            for macro in flag.macros:
-                if macro.name in self._counters and macro.bracket:
-                    self._counters[macro.name] += 1
+            for name in {macro.name for macro in flag.macros if macro.bracket}:
+                if name in self._counters:
+                    self._counters[name] += 1
             value = flag.expand(self._macro_value)
             if not flag.destination or flag.destination.endswith("+"):
                 self.post(flag.variable, value, repeat=repeat)
