@@ -27,7 +27,10 @@ def complaints(text: str) -> list[str]:
 def test_a_backslash_joins_lines_and_the_first_line_number_counts():
     text = "Behavior = BHV_X\n{\n  points = 0,0:\\\n5,5\n  speed = 2\n}\n"
     block = read(text).blocks[0]
-    assert [(line.key, line.value, line.line) for line in block.lines] == [("points", "0,0:5,5", 3), ("speed", "2", 5)]
+    assert [(line.key, line.value, line.line) for line in block.lines] == [
+        ("points", "0,0:5,5", 3),
+        ("speed", "2", 5),
+    ]
 
 
 def test_a_comment_that_ends_in_a_backslash_swallows_the_next_line():
@@ -94,7 +97,9 @@ def test_an_open_brace_inside_a_skipped_block_is_refused():
 
 
 def test_parameter_names_are_lower_case_and_values_begin_after_the_first_equals_sign():
-    block = read("Behavior = BHV_X\n{\n\tPwt=20\n  EndFlag = SUMMARY=speed=$[SPEED],time=5 \n  flag\n}\n").blocks[0]
+    block = read(
+        "Behavior = BHV_X\n{\n\tPwt=20\n  EndFlag = SUMMARY=speed=$[SPEED],time=5 \n  flag\n}\n"
+    ).blocks[0]
     assert [(line.key, line.value) for line in block.lines] == [
         ("pwt", "20"),
         ("endflag", "SUMMARY=speed=$[SPEED],time=5"),
@@ -138,7 +143,10 @@ def test_a_block_that_is_never_closed_is_reported_at_its_header():
     assert complaints("set MODE = A {\n X = 1\n") == [
         "x.bhv:1: error: set MODE = A: its block is not closed at the end of the file"
     ]
-    assert "not closed before line 4" in complaints("Behavior = BHV_X\n{\n name = a\nBehavior = BHV_Y\n{\n}\n")[0]
+    assert (
+        "not closed before line 4"
+        in complaints("Behavior = BHV_X\n{\n name = a\nBehavior = BHV_Y\n{\n}\n")[0]
+    )
 
 
 def test_a_header_without_block_is_reported():
@@ -186,7 +194,10 @@ PARAMETERS = st.lists(st.tuples(WORD, VALUE), max_size=4)
 
 @given(
     st.lists(st.tuples(WORD, WORD, st.booleans()), max_size=3),
-    st.lists(st.tuples(WORD, WORD, st.lists(st.tuples(WORD, WORD), max_size=2), st.sampled_from(["", "else1"])), max_size=3),
+    st.lists(
+        st.tuples(WORD, WORD, st.lists(st.tuples(WORD, WORD), max_size=2), st.sampled_from(["", "else1"])),
+        max_size=3,
+    ),
     st.lists(st.tuples(WORD, PARAMETERS), max_size=3),
 )
 @settings(max_examples=60)
@@ -194,11 +205,15 @@ def test_reading_what_was_printed_gives_the_same_file(inits, modes, blocks):
     reserved = ("and", "or")
     text = "".join(f"initialize{'_' if later else ''} {name} = {value}\n" for name, value, later in inits)
     for name, value, conditions, otherwise in modes:
-        conditions = [(a, b) for a, b in conditions if a.lower() not in reserved and b.lower() not in reserved]
+        conditions = [
+            (a, b) for a, b in conditions if a.lower() not in reserved and b.lower() not in reserved
+        ]
         body = "".join(f"{a} = {b}\n" for a, b in conditions)
         text += f"set {name} = {value} {{\n{body}}} {otherwise}\n\n"
     for kind, parameters in blocks:
-        body = "".join(f"{key} = {value}\n" for key, value in parameters if not key.lower().startswith("behavior"))
+        body = "".join(
+            f"{key} = {value}\n" for key, value in parameters if not key.lower().startswith("behavior")
+        )
         text += f"Behavior = {kind}\n{{\n{body}}}\n"
     first = read(text)
     assert not first.problems
@@ -214,7 +229,24 @@ def test_reading_what_was_printed_gives_the_same_file(inits, modes, blocks):
 
 
 PIECES = st.sampled_from(
-    ["{", "}", "\n", "\\\n", "set ", "Behavior = ", "initialize ", "A = 1", "//", '"', "(", ")", " and ", "!", "$(", "x"]
+    [
+        "{",
+        "}",
+        "\n",
+        "\\\n",
+        "set ",
+        "Behavior = ",
+        "initialize ",
+        "A = 1",
+        "//",
+        '"',
+        "(",
+        ")",
+        " and ",
+        "!",
+        "$(",
+        "x",
+    ]
 )
 
 

@@ -8,7 +8,17 @@ from ivp_helm.contacts import Contact, Ledger, LedgerError
 
 
 def report(name: str = "ben", time: float = 100.0, **more: object) -> str:
-    values = {"NAME": name, "TYPE": "kayak", "TIME": time, "X": 10, "Y": 20, "SPD": 2, "HDG": 90, "GROUP": "red", **more}
+    values = {
+        "NAME": name,
+        "TYPE": "kayak",
+        "TIME": time,
+        "X": 10,
+        "Y": 20,
+        "SPD": 2,
+        "HDG": 90,
+        "GROUP": "red",
+        **more,
+    }
     return ",".join(f"{key}={value}" for key, value in values.items() if value is not None)
 
 
@@ -44,7 +54,9 @@ def test_own_reports_are_not_contacts():
 def test_incomplete_reports_are_refused_with_the_reason(changes, words):
     more = {"LAT": 43, "LON": -70} if "X" in changes else {}
     with pytest.raises(LedgerError, match=words):
-        Ledger("alpha").take(report(**{**more, **changes}) if "NAME" not in changes else report(name=None), 100.0)
+        Ledger("alpha").take(
+            report(**{**more, **changes}) if "NAME" not in changes else report(name=None), 100.0
+        )
 
 
 def test_text_that_is_no_report_is_refused():

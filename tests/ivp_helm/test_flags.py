@@ -84,9 +84,9 @@ def test_typed_values_follow_the_rule_for_initial_values():
 NAME = st.from_regex(r"[A-Z][A-Z0-9_]{0,8}", fullmatch=True)
 VALUE = st.one_of(
     st.floats(-1e6, 1e6).map(lambda x: round(x, 4)),
-    st.from_regex(r"[a-z$\[\](),:. ]{1,20}", fullmatch=True).map(str.strip).filter(
-        lambda t: t and not t.lower().startswith("[if]") and "[if]" not in t
-    ),
+    st.from_regex(r"[a-z$\[\](),:. ]{1,20}", fullmatch=True)
+    .map(str.strip)
+    .filter(lambda t: t and not t.lower().startswith("[if]") and "[if]" not in t),
 )
 
 

@@ -287,7 +287,9 @@ def test_until_navigation_is_complete_only_the_state_is_posted():
 
 
 def test_depth_in_the_domain_makes_the_helm_wait_for_depth():
-    helm = HelmRig([(Steer, {"name": "s"})], domain=("course:0:359:360", "speed:0:4:21", "depth:0:9:10:optional"))
+    helm = HelmRig(
+        [(Steer, {"name": "s"})], domain=("course:0:359:360", "speed:0:4:21", "depth:0:9:10:optional")
+    )
     for name in ("NAV_X", "NAV_Y", "NAV_HEADING", "NAV_SPEED"):
         helm.mail(name, 1.0)
     helm.iterate()
@@ -336,7 +338,10 @@ def test_own_initial_values_coming_back_do_not_undo_what_another_app_said():
     helm = HelmRig(text="initialize GO = false\n")
     helm.own()
     now = helm.now + 0.25
-    helm._mail = [Message("GO", "true", now, "shore"), Message("GO", "false", now, "pHelmIvP", "HELM_VAR_INIT")]
+    helm._mail = [
+        Message("GO", "true", now, "shore"),
+        Message("GO", "false", now, "pHelmIvP", "HELM_VAR_INIT"),
+    ]
     helm.iterate()
     assert helm.core.buffer.value("GO") == "true"
 
@@ -413,7 +418,14 @@ def test_a_request_for_all_geometry_makes_filtered_posts_go_out_again():
 
 
 def test_every_variable_is_registered_for_once_and_said_to_be():
-    helm = rig({"condition": "(A = 1) and (B_DELTA > 2)", "endflag": "X=1 [if] C = 1", "nostarve": "D,5", "updates": "UP"})
+    helm = rig(
+        {
+            "condition": "(A = 1) and (B_DELTA > 2)",
+            "endflag": "X=1 [if] C = 1",
+            "nostarve": "D,5",
+            "updates": "UP",
+        }
+    )
     names = helm.posted("IVPHELM_REGISTER")
     assert len(names) == len(set(names))
     assert {"A", "B_DELTA", "B", "C", "D", "UP", "NAV_X", "DB_CLIENTS"} <= set(names)

@@ -345,7 +345,9 @@ def test_an_expunged_behaviour_completes():
     assert helm.posted("IVPHELM_BHV_CNT") == [1.0, 0.0]
 
 
-@pytest.mark.parametrize("text", ["action=disable", "action=foo,contact=x", "contact=x", "action=disable,who=x"])
+@pytest.mark.parametrize(
+    "text", ["action=disable", "action=foo,contact=x", "contact=x", "action=disable,who=x"]
+)
 def test_a_faulty_able_filter_is_a_warning(text):
     helm = rig()
     helm.mail("BHV_ABLE_FILTER", text)
@@ -442,7 +444,9 @@ def test_an_update_changes_parameters_counts_and_tells():
     assert helm.life("d").counts == "1/1"
     assert helm.posted("CONF") == [2.0, 3.0]
     assert helm.posted("BHV_SETTINGS") == ["type=BHV_Diary,name=d,speed=2", "type=BHV_Diary,name=d,speed=3"]
-    assert helm.posted("IVPHELM_UPDATE_RESULT") == ["bhv=d,var=UP,time=0.50,result=success,val=speed=3 # PWT = 50"]
+    assert helm.posted("IVPHELM_UPDATE_RESULT") == [
+        "bhv=d,var=UP,time=0.50,result=success,val=speed=3 # PWT = 50"
+    ]
 
 
 def test_an_update_equal_to_the_last_good_one_is_a_duplicate():

@@ -58,7 +58,9 @@ def test_unknown_names_come_with_the_nearest_spelling():
 
 
 def test_no_name_may_begin_another_one_and_both_are_named():
-    found = problems("Behavior = BHV_ConstantSpeed\n{\n name = cs\n}\nBehavior = BHV_ConstantSpeed\n{\n name = cs2\n}\n")
+    found = problems(
+        "Behavior = BHV_ConstantSpeed\n{\n name = cs\n}\nBehavior = BHV_ConstantSpeed\n{\n name = cs2\n}\n"
+    )
     assert found == [
         "test.bhv:5: error: Duplicate behavior name found: cs2: no name may begin another one, and line 1 has 'cs'"
     ]
@@ -86,7 +88,10 @@ def test_behaviours_without_a_name_get_the_one_of_their_class():
 
 
 def test_two_behaviours_without_names_clash():
-    assert "Duplicate behavior name" in problems("Behavior = BHV_Waypoint\n{\n}\nBehavior = BHV_Waypoint\n{\n}\n")[0]
+    assert (
+        "Duplicate behavior name"
+        in problems("Behavior = BHV_Waypoint\n{\n}\nBehavior = BHV_Waypoint\n{\n}\n")[0]
+    )
 
 
 def test_one_bad_line_keeps_the_whole_helm_from_driving():
@@ -99,9 +104,22 @@ def test_one_bad_line_keeps_the_whole_helm_from_driving():
 
 @pytest.mark.parametrize(
     "line",
-    ["points = 1,2:nope", "lead = far", "order = backwards", "repeat = -1", "capture_radius = 0", "patience = 100",
-     "end_spd = slow_dist=5", "end_spd = slow_dist=5,stop_dist=9", "ipf_type = round", "post_suffix = a b",
-     "capture_line = maybe", "lead_damper = -1", "currix = -1", "visual_hints = vertex_color=notacolor"],
+    [
+        "points = 1,2:nope",
+        "lead = far",
+        "order = backwards",
+        "repeat = -1",
+        "capture_radius = 0",
+        "patience = 100",
+        "end_spd = slow_dist=5",
+        "end_spd = slow_dist=5,stop_dist=9",
+        "ipf_type = round",
+        "post_suffix = a b",
+        "capture_line = maybe",
+        "lead_damper = -1",
+        "currix = -1",
+        "visual_hints = vertex_color=notacolor",
+    ],
 )
 def test_bad_waypoint_parameters_are_refused_with_a_reason(line):
     found = problems(f"Behavior = BHV_Waypoint\n{{\n  name = w\n  {line}\n}}\n")

@@ -51,7 +51,9 @@ def test_submodes_nest_in_one_pass():
 
 
 def test_the_else_value_needs_only_the_parent_mode():
-    modes = modes_of("set MODE = ACTIVE {\n DEPLOY = true\n} INACTIVE\nset MODE = B {\n MODE = ACTIVE\n X = 1\n} C\n")
+    modes = modes_of(
+        "set MODE = ACTIVE {\n DEPLOY = true\n} INACTIVE\nset MODE = B {\n MODE = ACTIVE\n X = 1\n} C\n"
+    )
     assert evaluate(modes, DEPLOY="false") == {"MODE": "INACTIVE"}
     assert evaluate(modes, DEPLOY="true") == {"MODE": "ACTIVE:C"}
     assert evaluate(modes, DEPLOY="true", X=1.0) == {"MODE": "ACTIVE:B"}

@@ -31,7 +31,12 @@ Behavior = BHV_ConstantSpeed
 """
 
 
-@given(st.lists(st.sampled_from([("GO", "true"), ("GO", "no"), ("SLOW", "true"), ("UP", "speed=3"), None]), max_size=12))
+@given(
+    st.lists(
+        st.sampled_from([("GO", "true"), ("GO", "no"), ("SLOW", "true"), ("UP", "speed=3"), None]),
+        max_size=12,
+    )
+)
 @settings(max_examples=25, deadline=None)
 def test_a_reader_of_all_summaries_knows_the_state_after_each(mail):
     helm = HelmRig(text=TEXT)
