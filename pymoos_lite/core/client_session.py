@@ -12,6 +12,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
+from math import inf
 
 from pymoos_lite.core.frames import (
     CONNECTION_BYTES,
@@ -184,6 +185,9 @@ class ClientSession:
         self._link: Link | None = None
         self._parser = Parser()
         self._outbox = Outbox()
+        self._holding = False  # the database asked to wait with posts
+        self._hold_until = -inf
+        self._held: list[bytes] = []  # records that wait for it
         self._rows: list[tuple[object, ...]] = []
         self._rows_kind = Kind.POSTS
         self._rows_bytes = 0
@@ -306,7 +310,7 @@ class ClientSession:
         for text in (pattern, source, *omit):
             check_variable(text)
         interval = float(interval)
-        if not 0.0 <= interval < float("inf"):
+        if not 0.0 <= interval < inf:
             raise ValueError(f"the interval of a registration must not be negative: {interval}")
         self._registrations[(pattern, source)] = (interval, tuple(omit))
         self._control(Kind.REGISTER, pattern, source, interval, tuple(omit))
@@ -460,6 +464,9 @@ class ClientSession:
             peer_window=welcome.window,
         )
         self._link = link
+        self._hold_until = wall + welcome.hold / 1000
+        self._holding = welcome.hold > 0
+        self._held = []
         self._clash_since = None
         self._warned_of_crowd = False
         if welcome.resumed:
@@ -471,8 +478,11 @@ class ClientSession:
                 for (pattern, source), (interval, omit) in self._registrations.items()
             ]
             records = self._outbox.resume(welcome.received, wishes)
+            for record in records[: len(wishes)]:
+                link.submit(record)
+            del records[: len(wishes)]
         for record in records:
-            link.submit(record)
+            self._submit(record)
         self._server = welcome.server
         self.community = welcome.community
         self.server_time_offset = welcome.now - wall
@@ -494,6 +504,8 @@ class ClientSession:
         if self._link is not None:
             self._outbox.settle(self._link.acknowledged)
         self._link = None
+        self._holding = False
+        self._held = []
         self._connection = b""
         self._retry_at = wall
         self._tries = 0
@@ -506,8 +518,10 @@ class ClientSession:
         if self.state is State.CONNECTED and self._link is not None:
             link = self._link
             self._outbox.settle(link.acknowledged)
+            if wall >= self._hold_until:
+                self._release_held(link)
             # While the link is busy rows gather, so that busy links carry few, large parcels.
-            if self._rows and (not link.unsent or len(self._rows) >= BATCH):
+            if self._rows and not self._holding and (not link.unsent or len(self._rows) >= BATCH):
                 self._pack_rows(self._rows_kind)
             if self._refused_before is not None:
                 self._consider_reopening()
@@ -551,8 +565,10 @@ class ClientSession:
     def next_deadline(self) -> float:
         """Wall time by which `datagrams` must be called."""
         if self.state is State.CONNECTED and self._link is not None:
-            return float("-inf") if self._rows and not self._link.unsent else self._link.next_deadline()
-        return self._retry_at if self.state is State.CONNECTING else float("inf")
+            if self._rows and not self._holding and not self._link.unsent:
+                return -inf
+            return min(self._link.next_deadline(), self._hold_until if self._holding else inf)
+        return self._retry_at if self.state is State.CONNECTING else inf
 
     # --- packing ------------------------------------------------------------------------------
 
@@ -564,9 +580,7 @@ class ClientSession:
         self._rows = []
         self._rows_bytes = 0
         for chunk in split(rows):
-            record = self._outbox.add(kind, chunk, rows=len(chunk))
-            if self._link is not None:
-                self._link.submit(record)
+            self._submit(self._outbox.add(kind, chunk, rows=len(chunk)))
 
     def _control(self, kind: Kind, *content: object) -> None:
         if not self._server:
@@ -575,9 +589,20 @@ class ClientSession:
             self._server = b""  # too much to keep: start afresh, which registers everything
             return
         self._pack_rows(self._rows_kind)
-        record = self._outbox.add(kind, *content)
-        if self._link is not None:
+        self._submit(self._outbox.add(kind, *content))
+
+    def _submit(self, record: bytes) -> None:
+        if self._holding:
+            self._held.append(record)  # kept by the outbox already: this costs a reference
+        elif self._link is not None:
             self._link.submit(record)
+
+    def _release_held(self, link: Link) -> None:
+        if self._holding:
+            self._holding = False
+            for record in self._held:
+                link.submit(record)
+            self._held = []
 
 
 def _as_time(name: str, time: object) -> float:

@@ -27,6 +27,7 @@ HELLO_PADDING = 64
 MAX_NAME = 128
 MAX_REASON = 512
 MAX_NUMBER = 1 << 62
+MAX_HOLD = 10_000
 MAX_SEGMENTS_AHEAD = 4096
 """Segments a sender may have outstanding; bounds the bitmap of an `Ack`."""
 
@@ -98,7 +99,11 @@ class Connect(NamedTuple):
 
 
 class Welcome(NamedTuple):
-    """Server: you are in. `received` is the number of the last parcel of posts taken from this identity."""
+    """Server: you are in.
+
+    `received` is the number of the last parcel taken from this identity. Posts should wait for `hold`
+    milliseconds: the database is new, and those who want to hear them may not be back yet.
+    """
 
     server: bytes
     community: str
@@ -107,6 +112,7 @@ class Welcome(NamedTuple):
     budget: int
     window: int
     now: float
+    hold: int
 
 
 class Refuse(NamedTuple):
@@ -161,7 +167,7 @@ _SHAPE: dict[int, tuple[type, ...]] = {
     _KIND[Hello]: (int, bytes),
     _KIND[Challenge]: (int, bytes),
     _KIND[Connect]: (int, bytes, str, bytes, bytes, int, int, int),
-    _KIND[Welcome]: (int, bytes, str, bool, int, int, int, float),
+    _KIND[Welcome]: (int, bytes, str, bool, int, int, int, float, int),
     _KIND[Refuse]: (int, int, str),
     _KIND[Data]: (int, int, int, int, int, int, bytes),
     _KIND[Ack]: (int, int, int, int, int, bytes, bool),
@@ -270,13 +276,14 @@ def _in_range(frame: Frame) -> bool:
                 and OVERHEAD < budget < MAX_NUMBER
                 and 0 < window < MAX_NUMBER
             )
-        case Welcome(server, community, _, received, budget, window, _):
+        case Welcome(server, community, _, received, budget, window, _, hold):
             return (
                 len(server) == IDENTITY_BYTES
                 and len(community) <= MAX_REASON
                 and 0 <= received < MAX_NUMBER
                 and OVERHEAD < budget < MAX_NUMBER
                 and 0 < window < MAX_NUMBER
+                and 0 <= hold <= MAX_HOLD
             )
         case Refuse(code, reason):
             return code in RefusalCode._value2member_map_ and len(reason) <= MAX_REASON

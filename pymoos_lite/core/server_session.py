@@ -67,7 +67,8 @@ class ServerLimits:
     """Bounds on what all clients together, and any one of them, can make the server hold.
 
     A client whose mail is more than `mail_bytes` behind is disconnected. `unfinished_bytes` bounds
-    what all clients together may have half-way delivered.
+    what all clients together may have half-way delivered. For `gathering` wall seconds after a
+    database has taken the place of another one, clients are asked to hold their posts.
     """
 
     link: LinkLimits = field(default_factory=LinkLimits)
@@ -76,6 +77,7 @@ class ServerLimits:
     unfinished_bytes: int = 256 << 20
     registrations: int = 4096
     remembered: int = 1024
+    gathering: float = 2.0
 
 
 @dataclass(slots=True)
@@ -168,6 +170,7 @@ class ServerSession:
         self._remembered: OrderedDict[bytes, int] = OrderedDict()  # identity -> last parcel taken
         self._outgoing: list[tuple[bytes, Address]] = []
         self._buffered = 0
+        self._gathered_at: float | None = None  # None until a client of a former database returns
         self._resets_left = float(_RESETS_PER_SECOND)
         self._resets_at = wall
 
@@ -325,6 +328,10 @@ class ServerSession:
             peer = _Peer(frame.name, frame.identity, mailbox, received)
             self._by_name[frame.name] = peer
             self.statistics.admitted += 1
+        if self._gathered_at is None and frame.server not in (b"", self.identity):
+            # This client knew another database here. Others will be back within moments as well,
+            # and what one of them has waiting, another may have to hear.
+            self._gathered_at = wall + self.limits.gathering
         self._used[connection] = wall + _COOKIE_LIFE + 1.0
         self._open(peer, frame, connection, address, resumed, wall, now)
 
@@ -365,6 +372,7 @@ class ServerSession:
             limits.path.budget,
             limits.window,
             float(now),
+            max(0, int(1000 * ((self._gathered_at or wall) - wall))),
         )
         # Sealed with the connection's key: an old welcome does not verify.
         peer.welcome = encode(welcome, connection, peer.keys.to_client)

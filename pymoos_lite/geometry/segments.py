@@ -11,6 +11,7 @@ import math
 from pymoos_lite.geometry.angles import angle180, bearing, project_point, unit_vector
 
 MISS = -1.0
+_TOUCH = 1e-12
 
 
 def nearest_on_segment(
@@ -54,7 +55,10 @@ def ray_dist_to_segment(
             return MISS
         return max(0.0, min(a1, a2))
     along = a1 + (a2 - a1) * r1 / (r1 - r2)
-    return along if along >= 0.0 else MISS
+    if along >= 0.0:
+        return along
+    # A ray that starts on the segment meets it there, whatever the last bit says.
+    return 0.0 if along >= -_TOUCH * (abs(a1) + abs(a2)) else MISS
 
 
 def dist_to_ray(rx: float, ry: float, heading: float, px: float, py: float) -> float:

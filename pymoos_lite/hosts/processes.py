@@ -133,6 +133,7 @@ class ProcessHost:
             "key": self.options.key,
             "log_dir": str(self.options.log_dir) if self.options.log_dir else None,
             "seed": self.options.seed,
+            "share_bind": self.options.share_bind,
         }
         process = subprocess.Popen(
             [sys.executable, "-m", "pymoos_lite.hosts.remote"],

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from pymoos_lite.app import AppContext, AppRunner, Connection, Quit
+from pymoos_lite.app import AppContext, AppRunner, Connection, Network, Quit
 from pymoos_lite.core.clock import RealClock
 from pymoos_lite.core.database import Database
 from pymoos_lite.hosts.failures import Failure, describe_failure
@@ -21,6 +21,7 @@ from pymoos_lite.hosts.local import LocalConnection
 from pymoos_lite.hosts.meter import ProcessMeter
 from pymoos_lite.hosts.plan import AppPlan, CommunityPlan
 from pymoos_lite.hosts.ports import LOOPBACK, DatabaseServer
+from pymoos_lite.hosts.udp import ANY, UdpNetwork, UdpPort
 
 RESTART_DELAY = 1.0
 """Wall seconds before an app that failed is started again."""
@@ -35,7 +36,7 @@ class HostOptions:
 
     `bind` is the address the database listens on (loopback unless told otherwise), `port` 0 means any
     free one; `key` is the community key; `restart` starts failed apps again; `seed` None means
-    different random numbers in every run.
+    different random numbers in every run. `share_bind` is where bridges to other communities listen.
     """
 
     bind: str = LOOPBACK
@@ -44,6 +45,7 @@ class HostOptions:
     log_dir: Path | None = None
     restart: bool = False
     seed: int | None = None
+    share_bind: str = ANY
 
 
 class RealtimeHost:
@@ -72,6 +74,7 @@ class RealtimeHost:
         self._order = 0
         self._selector = selectors.DefaultSelector()
         self._selector.register(self.server, selectors.EVENT_READ)
+        self._network = UdpNetwork(options.share_bind, self._watch, self._unwatch)
         self._meter = ProcessMeter()
 
     @property
@@ -108,8 +111,14 @@ class RealtimeHost:
             return None
         try:
             runner = AppRunner(app.cls(self.context(app, connection)), self._meter)
+        except Exception as error:
+            connection.close("failed in start-up")
+            self._failed(app.name, error, "start-up")
+            return None
+        try:
             runner.start(self.clock.now())
         except Exception as error:
+            runner.app.close_ports()
             connection.close("failed in start-up")
             self._failed(app.name, error, "start-up")
             return None
@@ -120,7 +129,7 @@ class RealtimeHost:
 
     def context(self, app: AppPlan, connection: LocalConnection) -> AppContext:
         """What the app is handed."""
-        return make_context(self.plan, app, connection, self.clock, self.options)
+        return make_context(self.plan, app, connection, self.clock, self.options, self._network)
 
     def alive(self) -> bool:
         """Whether any app runs or is about to be started again."""
@@ -182,12 +191,14 @@ class RealtimeHost:
 
     def _wake_mail_driven(self) -> None:
         for runner in list(self.runners.values()):
-            if (
-                runner.wakes_on_mail
-                and runner.app.connection.has_mail()
-                and runner.mail_due(self.clock.now())
-            ):
+            if (runner.wakes_on_mail or runner.app.ports) and runner.has_input(self.clock.now()):
                 self._step(runner)
+
+    def _watch(self, port: UdpPort) -> None:
+        self._selector.register(port, selectors.EVENT_READ)
+
+    def _unwatch(self, port: UdpPort) -> None:
+        self._selector.unregister(port)
 
     def _step(self, runner: AppRunner) -> bool:
         try:
@@ -197,6 +208,7 @@ class RealtimeHost:
             return False
         except Exception as error:
             self.runners.pop(runner.name, None)
+            runner.app.close_ports()
             runner.app.connection.close("failed")
             self._failed(runner.name, error, "iteration")
             return False
@@ -221,7 +233,12 @@ class RealtimeHost:
 
 
 def make_context(
-    plan: CommunityPlan, app: AppPlan, connection: Connection, clock: RealClock, options: HostOptions
+    plan: CommunityPlan,
+    app: AppPlan,
+    connection: Connection,
+    clock: RealClock,
+    options: HostOptions,
+    network: Network,
 ) -> AppContext:
     """The context of `app` in a real-time host, in whichever process it lives."""
     return AppContext(
@@ -237,4 +254,5 @@ def make_context(
         seed=options.seed,
         apps=tuple(plan.app_names),
         has_block=app.has_block,
+        network=network,
     )

@@ -7,11 +7,13 @@ run comes in on stdin, and the end of stdin means that the launcher is gone or w
 from __future__ import annotations
 
 import json
+import select
 import signal
 import sys
 import threading
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 from pymoos_lite.app import AppContext, AppRunner, Quit
 from pymoos_lite.core.client_session import (
@@ -29,6 +31,7 @@ from pymoos_lite.hosts.mission import load_plan
 from pymoos_lite.hosts.plan import AppPlan, CommunityPlan
 from pymoos_lite.hosts.ports import RemoteClient
 from pymoos_lite.hosts.realtime import HostOptions, RealtimeHost, make_context
+from pymoos_lite.hosts.udp import UdpNetwork
 
 DATABASE = "MOOSDB"
 """The name under which the database is one of the processes."""
@@ -65,7 +68,7 @@ class RemoteConnection:
         return self._client.connected
 
     def publish(self, message: Message) -> bool:
-        if message.source == self._name:
+        if message.source == self._name and message.community in ("", self._client.community):
             taken = self._client.notify(message.name, message.value, message.time, message.aux)
         else:
             taken = self._client.relay(message)
@@ -160,14 +163,23 @@ class RemoteHost:
 
     def _turn(self, runner: AppRunner) -> None:
         clock = self.clock
-        wait = (runner.next_deadline() - clock.now()) / clock.warp
-        self.connection.collect(max(0.0, min(wait, LONGEST_WAIT)))
+        wait = max(0.0, min((runner.next_deadline() - clock.now()) / clock.warp, LONGEST_WAIT))
+        if runner.app.ports:
+            self._wait_for_any(runner, wait)
+            wait = 0.0
+        self.connection.collect(wait)
         if self.connection.refused is not None:
             raise RefusedError(self.connection.refused)
         now = clock.now()
-        if runner.next_deadline() <= now or (self.connection.has_mail() and runner.mail_due(now)):
+        if runner.next_deadline() <= now or runner.has_input(now):
             runner.step(now)
             self.client.flush()
+
+    def _wait_for_any(self, runner: AppRunner, wait: float) -> None:
+        """Wait for mail or for a datagram at one of the app's own ports."""
+        waited_for: list[Any] = [self.client, *runner.app.ports]
+        until = min(wait, self.client.next_deadline() - self.clock.wall())
+        select.select(waited_for, [], [], max(0.0, until))
 
 
 def run_app(
@@ -180,7 +192,9 @@ def run_app(
     """
     return RemoteHost(
         app,
-        lambda connection: make_context(plan, app, connection, clock, options),
+        lambda connection: make_context(
+            plan, app, connection, clock, options, UdpNetwork(options.share_bind)
+        ),
         address,
         clock,
         options.key,
@@ -200,6 +214,7 @@ def main() -> int:
         key=order["key"],
         log_dir=Path(order["log_dir"]) if order["log_dir"] else None,
         seed=order["seed"],
+        share_bind=order["share_bind"],
     )
     try:
         if name == DATABASE:

@@ -13,6 +13,7 @@ from pymoos_lite.marine.pid_config import PID_DECLARATION
 from pymoos_lite.marine.sailing import parse_polar, parse_wind
 from pymoos_lite.marine.thrust_map import ThrustMap, parse_thrust_map
 from pymoos_lite.marine.vessel_model import DepthModel, RudderSlew, TurnLaw, VesselParameters
+from pymoos_lite.marine.wormholes import parse_wormhole
 from pymoos_lite.records.csp import clip, parse_number
 
 _POSE_KEYS = {
@@ -250,6 +251,20 @@ _MIRRORS = Declaration(
         ),
     )
 )
+_WORMHOLES = Declaration(
+    (
+        Parameter(
+            "wormhole",
+            "custom",
+            None,
+            "",
+            "A polygon that leads to another; lines of one tag add up.",
+            parse=parse_wormhole,
+            repeated=True,
+            example="tag=one, madrid_poly={0,0:9,0:9,9}, weber_poly={50,0:59,0:59,9}, connection=both",
+        ),
+    )
+)
 _V22_ONLY = Declaration(
     (
         _number("turn_spd_loss", 0.85, "", "Share of speed lost at full rudder.", low=0.0, high=1.0),
@@ -296,8 +311,9 @@ _LEGACY_ONLY = Declaration(
     )
 )
 
-V22_DECLARATION = _COMMON + _TURN_MAP + _SAILING + _MIRRORS + _V22_ONLY + PID_DECLARATION
-V23_DECLARATION = _COMMON + _TURN_MAP + _SAILING + _MIRRORS + _V23_ONLY + PID_DECLARATION
+_MODERN = _COMMON + _TURN_MAP + _SAILING + _MIRRORS + _WORMHOLES + PID_DECLARATION
+V22_DECLARATION = _MODERN + _V22_ONLY
+V23_DECLARATION = _MODERN + _V23_ONLY
 LEGACY_DECLARATION = _COMMON + _LEGACY_ONLY
 
 

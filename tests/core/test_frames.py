@@ -59,6 +59,7 @@ any_frame = st.one_of(
         st.integers(OVERHEAD + 1, 65535),
         numbers,
         st.floats(allow_nan=False),
+        st.integers(0, frames.MAX_HOLD),
     ),
     st.builds(Refuse, st.sampled_from([int(c) for c in frames.RefusalCode]), st.text(max_size=100)),
     st.builds(Data, numbers, counts, counts, counts, counts, st.binary(min_size=1, max_size=500)),

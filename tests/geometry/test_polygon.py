@@ -207,3 +207,8 @@ def test_settling_drops_the_flattest_corner_first() -> None:
     assert not dented.is_convex
     assert dented.settled().points == ((0, 0), (10, 0), (10, 10), (0, 10))
     assert len(Polygon.of([(0, 0), (1, 1), (2, 2), (3, 3)]).settled()) == 3
+
+
+def test_a_ray_that_starts_on_an_edge_meets_it_at_once() -> None:
+    sliver = Polygon.of([(0, 0), (0, 1), (20, 0)])
+    assert [sliver.ray_dist(4.0, 0.0, h) for h in (2.0, 90.0, 182.0)] == [0.0, 0.0, 0.0]

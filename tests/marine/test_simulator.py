@@ -15,6 +15,7 @@ from pymoos_lite.marine.buoyancy import BuoyancyJobs
 from pymoos_lite.marine.sailing import Wind, parse_polar, parse_wind, sail_speed
 from pymoos_lite.marine.simulator import LegacySimulator, Simulator, SimulatorV23
 from pymoos_lite.marine.simulator_config import read_pose
+from pymoos_lite.marine.wormholes import parse_wormhole
 
 MAP = "thrust_map = 0:0, 20:1, 40:2, 60:3, 80:4, 100:5"
 PID = """
@@ -295,6 +296,7 @@ def test_wind_and_polar_plot_cap_the_speed_and_the_fan_of_v23_adds_to_it() -> No
     sea.post("DESIRED_THRUST", 100)
     sea.run(10.0)
     assert sea.last("NAV_SPEED") == 2.0
+    assert "ang=180" in sea.last("VIEW_ARROW")
     sea.post("WIND_CONDITIONS", "spd=2, dir=0")
     sea.run(20.0)
     assert sea.last("NAV_SPEED") == 1.0
@@ -317,6 +319,35 @@ def test_a_polar_plot_is_the_same_on_both_sides_of_the_wind() -> None:
     for bad in ("spd=4", "spd=-1, dir=3", "spd=x, dir=3", "banana"):
         with pytest.raises(ValueError):
             parse_wind(bad)
+
+
+def test_a_wormhole_fades_the_vessel_out_and_lets_it_come_back_elsewhere() -> None:
+    sea, app = sea_with(
+        "wormhole = tag=one, madrid_poly={-5,5:5,5:5,25:-5,25}\n"
+        "wormhole = tag=one, weber_poly={95,5:105,5:105,25:95,25}, connection=both, delay=3\n"
+        f"{MAP}"
+    )
+    sea.post("DESIRED_THRUST", 20)
+    sea.run(30.0)
+    assert sea.last("NAV_X") == pytest.approx(100.0)
+    opacity = sea.heard("NAV_TRANSP")
+    assert min(opacity) < 0.05
+    assert opacity[-1] == 1.0
+    assert opacity[0] > 0.95
+    assert len(app.log.events) == 1  # it does not fall back into the mouth that it came out of
+    assert {text.rpartition("label=")[2].split(",")[0] for text in sea.heard("VIEW_POLYGON")} == {
+        "one_madrid",
+        "one_weber",
+    }
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["madrid_poly={0,0:9,0:9,9}", "tag=a, colour=red", "tag=a, weber_poly={0,0:1,1}", "tag=a, connection=up"],
+)
+def test_a_faulty_wormhole_is_refused(text: str) -> None:
+    with pytest.raises(ValueError):
+        parse_wormhole(text)
 
 
 def test_buoyancy_and_trim_requests_are_answered_as_they_progress() -> None:
