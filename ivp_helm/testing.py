@@ -96,6 +96,7 @@ class HelmRig:
         """Everything published at all: iteration, variable, value."""
         self._own: dict[str, float] = {}
         self._mail: list[Message] = []
+        self._contacts: list[Mapping[str, Any]] = []
         self.core.start(start)
         self._collect()
 
@@ -107,6 +108,23 @@ class HelmRig:
         """Own ship's state, mailed before every iteration from now on."""
         self._own = {"NAV_X": x, "NAV_Y": y, "NAV_HEADING": heading, "NAV_SPEED": speed, "NAV_DEPTH": depth}
 
+    def contacts(self, contacts: Sequence[Mapping[str, Any]]) -> None:
+        """Other vessels, reported before every iteration from now on: name, x, y, heading, speed, and
+        report_age in seconds."""
+        self._contacts = list(contacts)
+
+    def _reports(self) -> list[Message]:
+        found = []
+        for contact in self._contacts:
+            stamp = self.now - float(contact.get("report_age", 0.0))
+            text = (
+                f"NAME={contact['name']},TYPE={contact.get('type', 'kayak')},TIME={stamp:.3f},"
+                f"X={contact['x']},Y={contact['y']},SPD={contact['speed']},HDG={contact['heading']},"
+                "DEP=0,LENGTH=4,MODE=DRIVE,ALLSTOP=clear"
+            )
+            found.append(Message("NODE_REPORT", text, self.now, "reporter"))
+        return found
+
     def mail(self, variable: str, value: object, source: str = "test") -> None:
         """A value for the next iteration."""
         self._mail.append(Message(variable, as_value(value), self.now + self.period, source))
@@ -116,7 +134,7 @@ class HelmRig:
         for _ in range(times):
             self.now += self.period
             nav = [Message(name, float(value), self.now, "nav") for name, value in self._own.items()]
-            self.core.deliver([*nav, *self._mail], self.now)
+            self.core.deliver([*nav, *self._reports(), *self._mail], self.now)
             self._mail = []
             self.core.iterate(self.now)
             self._collect()
