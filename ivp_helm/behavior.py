@@ -416,7 +416,11 @@ class Behavior:
         """Put the contact's name into conditions: ``$[CONTACT]`` in capitals, ``$[contact]`` small, ``$[Contact]``
         as it is (helm.md 4.5)."""
         contact = str(vars(self.config).get("contact", ""))
-        spellings = (("$[CONTACT]", contact.upper()), ("$[contact]", contact.lower()), ("$[Contact]", contact))
+        spellings = (
+            ("$[CONTACT]", contact.upper()),
+            ("$[contact]", contact.lower()),
+            ("$[Contact]", contact),
+        )
         if contact and any("$[" in condition.text for condition in self.config.condition):
             resolved = []
             for condition in self.config.condition:
