@@ -205,7 +205,7 @@ class Behavior:
         """What selectors of BHV_ABLE_FILTER compare with: ``contact``, ``vsource``, ``obstacle``."""
         contact = str(vars(self.config).get("contact", ""))
         known = self.surroundings.contacts.get(contact)
-        return {"contact": contact, "vsource": str(getattr(known, "vsource", ""))}
+        return {"contact": contact, "vsource": known.report.vsource if known is not None else ""}
 
     # --- what the helm lends --------------------------------------------------------------------------
 

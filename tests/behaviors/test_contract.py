@@ -33,5 +33,5 @@ def test_the_behaviour_keeps_the_contract(entry):
 
 @pytest.mark.parametrize("entry", BEHAVIORS, ids=lambda entry: entry.name)
 def test_the_catalogue_names_the_behaviour_as_it_names_itself(entry):
-    assert load_target(entry.target).BHV_NAME == entry.name
+    assert entry.name == load_target(entry.target).BHV_NAME
     assert entry.doc
