@@ -7,9 +7,9 @@ import pytest
 from app_harness import Harness
 
 from pymoos_lite.apps.auto_poke import AutoPoke
-from pymoos_lite.apps.dead_man_post import DeadManPost
 from pymoos_lite.apps.load_watch import LoadWatch, Threshold, parse_threshold
 from pymoos_lite.apps.mission_hash import MissionHashApp
+from pymoos_lite.field.dead_man import DeadMan as DeadManPost
 from pymoos_lite.records.csp import RecordError
 from pymoos_lite.records.mission_hash import ADJECTIVES, NOUNS, MissionHash, make_hash
 
