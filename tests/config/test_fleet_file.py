@@ -70,7 +70,8 @@ def test_everything_in_a_fleet_file_arrives():
 
 
 def test_a_plain_list_of_vehicles_will_do():
-    text = "vehicles:\n  - {name: abe, moos: a.moos, start: {x: 0, y: 0}}\n  - {name: ben, moos: b.moos, start: {x: 9, y: 0}}\n"
+    entry = "  - {name: %s, moos: %s.moos, start: {x: %d, y: 0}}\n"
+    text = "vehicles:\n" + entry % ("abe", "a", 0) + entry % ("ben", "b", 9)
     fleet = parse_fleet(text, "f.yaml")
     assert fleet.problems == ()
     assert [v.moos for v in fleet.vehicles] == ["a.moos", "b.moos"]
@@ -98,7 +99,7 @@ def test_the_seed_decides_where_vehicles_start():
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("vehicles: {count: 2, moos: m, start: {area: {x: [0, 9], y: [0, 9]}}, count: 3}\n", "1: error: 'count' was already given"),
+        ("vehicles: {count: 2, moos: m, start: {x: 1}, count: 3}\n", "1: error: 'count' was already given"),
         (SMALL + "warp: on\n", "2: error: warp: expected a number, found 'on'"),
         (SMALL + "warp: 0\n", "2: error: warp: must be above 0"),
         (SMALL + "warp: 500\n", "out of range: give at least 0 and at most 400"),
@@ -117,9 +118,9 @@ def test_the_seed_decides_where_vehicles_start():
         ("vehicles: {moos: m}\n", "1: error: vehicles: there is none"),
         ("warp: 2\n", "error: vehicles: there is none"),
         ("vehicles: {count: 2, moos: m, start: {area: {x: [5, 5], y: [0, 9]}}}\n", "area: expected x: [LOW, HIGH]"),
-        ("vehicles: {count: 9, moos: m, start: {area: {x: [0, 5], y: [0, 5]}, separation: 4}}\n", "no room for 9 vessels"),
-        ("vehicles: {count: 3, moos: m, start: {area: {x: [0, 9], y: [0, 9]}, separation: 1}, macros: {A: [1, 2]}}\n", "macro A: 2 values for 3 vehicles"),
-        ("vehicles:\n  count: 1\n  moos: m\n  start: {area: {x: [0, 9], y: [0, 9]}}\n  each:\n   - {name: a}\n   - {name: b}\n", "2: error: count: 1, but 2 vehicles are listed"),
+        (SMALL.replace("count: 2", "count: 99"), "no room for 99 vessels"),
+        (SMALL.replace("moos: m.moos", "moos: m, macros: {A: [1]}"), "macro A: 1 values for 2 vehicles"),
+        (SMALL.replace("moos: m.moos", "moos: m, each: [{}, {}, {}]"), "1: error: count: 2, but 3 vehicles are listed"),
         ("vehicles: [{name: 'two words', moos: m, start: {x: 0, y: 0}}]\n", "is no name for a community"),
         ("vehicles: [{name: a, moos: m, start: {x: 0}}]\n", "start: y is missing"),
         ("vehicles: 7\n", "vehicles: expected 'name: value' lines"),
