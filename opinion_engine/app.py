@@ -1,6 +1,7 @@
 """pOpinionManager: the opinion engine as an app of a vessel's community (gcid.md 6).
 
-Moves values between the community and `OpinionEngine`; every rule of the dynamics, of messages and of lists is there.
+Moves values between the community and `OpinionEngine`; every rule of the dynamics, of messages and of lists
+is there.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ class OpinionManager(App):
                 "text",
                 None,
                 "",
-                "Option file, relative to the mission file or the working folder; several append their options.",
+                "Option file, beside the mission file or the working folder; several append their options.",
                 repeated=True,
                 example="bloom.opt",
             ),
@@ -46,9 +47,18 @@ class OpinionManager(App):
             _positive("max_attention", 1.5, "", "Attention when aroused, u_max."),
             _positive("u_th", 0.1, "", "Threshold y_th of attention, in squared opinion units."),
             _positive("satFunOrder", 2.0, "", "Order n of the Hill function of attention."),
-            _positive("opinion_thresh", 0.1, "", "An agent whose largest opinion is below this is undecided."),
-            _positive("neighbor_msg_stale_thresh", 2.0, "s", "Age at which a neighbour's opinion stops to count."),
-            _positive("numerical_int_gain", 1.0, "", "Of the reference, where it has no effect; 1 with model = paper."),
+            _positive(
+                "opinion_thresh", 0.1, "", "An agent whose largest opinion is below this is undecided."
+            ),
+            _positive(
+                "neighbor_msg_stale_thresh", 2.0, "s", "Age at which a neighbour's opinion stops to count."
+            ),
+            _positive(
+                "numerical_int_gain",
+                1.0,
+                "",
+                "Of the reference, where it has no effect; 1 with model = paper.",
+            ),
             Parameter("node_message_color", "text", "off", "", "Colour field of the outgoing node message."),
             Parameter("node_message_dest_group", "text", "", "", "Send to this group instead of to all."),
             Parameter(
@@ -56,12 +66,16 @@ class OpinionManager(App):
                 "choice",
                 "paper",
                 "",
-                "paper: the published equations, integrated accurately. reference: the authors' implementation, "
-                "step for step.",
+                "paper: the published equations, integrated accurately. reference: the authors' "
+                "implementation, step for step.",
                 choices=("paper", "reference"),
             ),
             Parameter(
-                "alpha_as_configured", "boolean", False, "", "With model = reference: use alpha as written, not 1."
+                "alpha_as_configured",
+                "boolean",
+                False,
+                "",
+                "With model = reference: use alpha as written, not 1.",
             ),
             Parameter(
                 "max_dt",
@@ -82,7 +96,12 @@ class OpinionManager(App):
                 choices=ENCODINGS,
             ),
             Parameter(
-                "seed", "integer", None, "", "Seed of randomly_perturb_params; default the mission's seed.", low=0
+                "seed",
+                "integer",
+                None,
+                "",
+                "Seed of randomly_perturb_params; default the mission's seed.",
+                low=0,
             ),
         )
     )
@@ -94,8 +113,8 @@ class OpinionManager(App):
             raise ConfigurationError(Problem(file, 0, f"{self.name} needs an option_file"))
         if config.model == "paper" and config.numerical_int_gain != 1.0:
             text = (
-                f"{self.name}: numerical_int_gain has no place in model = paper, whose integration is accurate at any "
-                "step; leave it out (in the reference it has no effect either)"
+                f"{self.name}: numerical_int_gain has no place in model = paper, whose integration is "
+                "accurate at any step; leave it out (in the reference it has no effect either)"
             )
             raise ConfigurationError(Problem(file, 0, text))
         options = read_options(self._find(text) for text in config.option_file)
@@ -167,7 +186,9 @@ class OpinionManager(App):
             self.notify(variable, names)
         if engine.counters.capped and not self._warned_of_gap:
             self._warned_of_gap = True
-            self.event(f"a long gap between updates: only {engine.settings.longest_dt:g} s of it are integrated")
+            self.event(
+                f"a long gap between updates: only {engine.settings.longest_dt:g} s of it are integrated"
+            )
 
     def _publish(self, update: Update) -> None:
         for variable, value in update.postings:
@@ -212,6 +233,6 @@ class OpinionManager(App):
         if counters.rejected or counters.outdated or counters.own:
             yield ""
             yield (
-                f"Not taken: {counters.rejected} damaged, {counters.outdated} outdated, {counters.own} of its own"
+                f"Not taken: {counters.rejected} damaged, {counters.outdated} outdated, {counters.own} own"
                 + (f"; last: {counters.last_rejection}" if counters.last_rejection else "")
             )

@@ -1,9 +1,9 @@
 """One agent's opinion engine: inputs and neighbour messages in, opinions and postings out (gcid.md 6, 7).
 
-Knows no socket, file or clock: `now` is always an argument, in mission seconds. Whatever arrives from neighbours, in
-any order, duplicated, lost or damaged, never raises and never breaks the zero sum or the attention bounds; messages
-that cannot be used are counted. Two variants: `paper` (accurate integration, ours) and `reference` (the authors'
-implementation, step for step).
+Knows no socket, file or clock: `now` is always an argument, in mission seconds. Whatever arrives from
+neighbours, in any order, duplicated, lost or damaged, never raises and never breaks the zero sum or the
+attention bounds; messages that cannot be used are counted. Two variants: `paper` (accurate integration, ours)
+and `reference` (the authors' implementation, step for step).
 """
 
 from __future__ import annotations
@@ -117,8 +117,9 @@ class Counters:
 class OpinionEngine:
     """The opinions of one agent called `name` (its community).
 
-    Feed it `take` (inputs and conditions), `receive` (neighbours) and `reset`; call `update` as often as convenient:
-    it acts once per 1 / social_tick. `started` is the mission time from which the first update integrates.
+    Feed it `take` (inputs and conditions), `receive` (neighbours) and `reset`; call `update` as often as
+    convenient: it acts once per 1 / social_tick. `started` is the mission time from which the first update
+    integrates.
     """
 
     def __init__(self, name: str, options: OptionSet, settings: EngineSettings, started: float) -> None:
@@ -129,7 +130,11 @@ class OpinionEngine:
         self.settings = settings
         self.counters = Counters()
         self._reference = settings.model == "reference"
-        couplings = options.reference_couplings(settings.alpha_as_configured) if self._reference else options.couplings()
+        couplings = (
+            options.reference_couplings(settings.alpha_as_configured)
+            if self._reference
+            else options.couplings()
+        )
         n = len(options)
         self._resistance, self._own, self._heard = couplings.resistance, couplings.own, couplings.heard
         attention = settings.attention
@@ -142,7 +147,9 @@ class OpinionEngine:
         self._raw: list[float | None] = [None] * n
         self._heard_sum = np.zeros(n)
         self._heard_square = 0.0
-        self._strings: dict[str, str | None] = {c.variable: None for o in options.options for c in o.conditions}
+        self._strings: dict[str, str | None] = {
+            c.variable: None for o in options.options for c in o.conditions
+        }
         self._inputs: dict[str, list[int]] = {}
         for j, option in enumerate(options.options):
             self._inputs.setdefault(option.input_variable, []).append(j)
@@ -208,8 +215,8 @@ class OpinionEngine:
     def take(self, variable: str, value: float | str) -> None:
         """A new value of an input or condition variable; others are ignored.
 
-        An input takes numbers (or text that is one); a condition compares strings. Raises OpinionError, changing
-        nothing, when an input is not a finite number.
+        An input takes numbers (or text that is one); a condition compares strings. Raises OpinionError,
+        changing nothing, when an input is not a finite number.
         """
         indices = self._inputs.get(variable)
         if indices is not None:
@@ -219,7 +226,9 @@ class OpinionEngine:
                 raw = np.nan
             if not np.isfinite(raw):
                 self.counters.bad_inputs += 1
-                raise OpinionError(f"input {variable} = {str(value)[:40]!r} is not a finite number; the last one stays")
+                raise OpinionError(
+                    f"input {variable} = {str(value)[:40]!r} is not a finite number; the last one stays"
+                )
             for j in indices:
                 self._raw[j] = raw
                 self._b[j] = self.options.options[j].utility(raw)
@@ -229,7 +238,8 @@ class OpinionEngine:
 
     def _refresh_activity(self) -> None:
         flags = tuple(
-            all(c.holds(self._strings[c.variable]) for c in option.conditions) for option in self.options.options
+            all(c.holds(self._strings[c.variable]) for c in option.conditions)
+            for option in self.options.options
         )
         if flags != self._flags:
             self._flags = flags
@@ -242,9 +252,9 @@ class OpinionEngine:
     def receive(self, message: str | bytes, now: float, sender: str = "", time: float | None = None) -> bool:
         """An opinion message from a neighbour, of mail time `time` (default now); True if it was taken.
 
-        Text names its sender; a binary payload comes from `sender`, the carrier's source community. Not taken, and
-        counted: messages during a reset, damaged ones, one's own, and those older than the record held (the last two
-        are taken by the `reference` variant).
+        Text names its sender; a binary payload comes from `sender`, the carrier's source community. Not
+        taken, and counted: messages during a reset, damaged ones, one's own, and those older than the record
+        held (the last two are taken by the `reference` variant).
         """
         if now < self._reset_until:
             return False
@@ -304,7 +314,9 @@ class OpinionEngine:
         self._record_square[row] = square / len(record.opinions) if record.opinions else 0.0
 
     def _free_row(self, stamp: float, now: float) -> int | None:
-        """A row for a new neighbour: a fresh one, or that of the stalest; None when all are fresh and it is full."""
+        """A row for a new neighbour: a fresh one, or that of the stalest; None when all are fresh and it is
+        full.
+        """
         count = len(self._neighbours)
         if count < MAX_NEIGHBOURS:
             if count == self._record_time.size:
@@ -320,7 +332,9 @@ class OpinionEngine:
         return row
 
     def reset(self, now: float) -> None:
-        """Start over: opinions 0, attention u_min, neighbours and last choice forgotten, deaf and still for 5 s."""
+        """Start over: opinions 0, attention u_min, neighbours and last choice forgotten, deaf and still for 5
+        s.
+        """
         self._z[:] = 0.0
         self._u = self.settings.attention.u_min
         self._heard_square = 0.0
@@ -380,7 +394,9 @@ class OpinionEngine:
         return Update(now, dt, z, self._u, choice, self._new_postings(choice), text, payload)
 
     def _choice(self, z: Sequence[float]) -> int | None:
-        """The dominant option: the first within 1e-9 of the largest active opinion, if that reaches the threshold."""
+        """The dominant option: the first within 1e-9 of the largest active opinion, if that reaches the
+        threshold.
+        """
         best = -np.inf
         for j, value in enumerate(z):
             if self._flags[j] and value > best:
@@ -416,7 +432,7 @@ class OpinionEngine:
         return sum(size for _, size in recent) / span
 
     def population(self, now: float) -> dict[str, tuple[str, ...]]:
-        """Fresh neighbours by dominant option: option name, or '' for the undecided, to sorted agent names."""
+        """Fresh neighbours by dominant option: option name, or '' for the undecided, to sorted names."""
         groups: dict[str, list[str]] = {name: [] for name in (*self._names, "")}
         for row, neighbour in enumerate(self._neighbours):
             if now - self._record_time[row] < self.settings.stale and neighbour.dominant in groups:

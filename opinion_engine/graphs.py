@@ -1,7 +1,7 @@
 """Who hears whom: sparse communication graphs for populations, and the small named ones of the theory.
 
-A `Graph` is compressed sparse rows: agent i hears indices[indptr[i] : indptr[i + 1]], never itself. Random graphs are
-drawn from a generator that is handed in.
+A `Graph` is compressed sparse rows: agent i hears indices[indptr[i] : indptr[i + 1]], never itself. Random
+graphs are drawn from a generator that is handed in.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ Indices = NDArray[np.uint32]
 
 @dataclass(frozen=True, eq=False)
 class Graph:
-    """N agents and E directed links. indptr (N + 1,), indices (E,), both uint32; positions (N, 2) if there are any.
+    """N agents and E directed links. indptr (N + 1,), indices (E,), both uint32; positions (N, 2) if there
+    are any.
 
     Raises OpinionError unless the rows are well formed and free of self-loops.
     """
@@ -59,7 +60,7 @@ class Graph:
     @property
     def degrees(self) -> NDArray[np.int64]:
         """How many each agent hears, (N,)."""
-        return np.diff(self.indptr.astype(np.int64))
+        return np.asarray(np.diff(self.indptr.astype(np.int64)), dtype=np.int64)
 
     def hearers(self) -> Indices:
         """The hearing agent of every link, (E,)."""
@@ -168,8 +169,8 @@ def random_pairs(n: int, mean_degree: float, rng: np.random.Generator) -> Graph:
 def random_geometric(n: int, mean_degree: float, rng: np.random.Generator) -> Graph:
     """Agents scattered over the unit square; those within radio range hear each other.
 
-    The range gives the mean degree in the middle of the square (a little less at the edges). Agents are numbered along
-    a space-filling curve. Needs scipy.
+    The range gives the mean degree in the middle of the square (a little less at the edges). Agents are
+    numbered along a space-filling curve. Needs scipy.
     """
     from scipy.spatial import cKDTree
 

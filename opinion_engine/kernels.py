@@ -1,9 +1,10 @@
 """The equation of opinion dynamics as compiled functions over plain arrays.
 
-One agent with its neighbours held (what a boat computes) and a small dense network (what theory is checked on) live
-here; large sparse populations are in `population_kernels`. Nothing here knows names, messages, clocks or random
-numbers. Every function is compiled without fast-math and uses its own `tanh`, so that the same inputs give the same
-bits on every machine, for every number of threads, and inside or outside a vectorised loop.
+One agent with its neighbours held (what a boat computes) and a small dense network (what theory is checked
+on) live here; large sparse populations are in `population_kernels`. Nothing here knows names, messages,
+clocks or random numbers. Every function is compiled without fast-math and uses its own `tanh`, so that the
+same inputs give the same bits on every machine, for every number of threads, and inside or outside a
+vectorised loop.
 
 Sections cited as "gcid.md n"; paper equations are those of Paine & Benjamin.
 """
@@ -13,9 +14,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from llvmlite import ir
-from numba import njit, types
-from numba.extending import intrinsic
+from numba import njit
+
+from opinion_engine.intrinsics import bits_of, double_of
 
 MAX_SUBSTEPS = 200
 """Most Runge-Kutta sub-steps in one update (gcid.md 4)."""
@@ -27,28 +28,12 @@ _LN2_HIGH = 6.93147180369123816490e-01  # ln 2 in two parts, so that k * high is
 _LN2_LOW = 1.90821492927058770002e-10
 
 
-@intrinsic  # type: ignore[misc]
-def _bits_of(typing_context: Any, x: Any) -> Any:
-    def emit(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        return builder.bitcast(args[0], ir.IntType(64))
-
-    return types.int64(types.float64), emit
-
-
-@intrinsic  # type: ignore[misc]
-def _double_of(typing_context: Any, x: Any) -> Any:
-    def emit(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        return builder.bitcast(args[0], ir.DoubleType())
-
-    return types.float64(types.int64), emit
-
-
 @njit(cache=True, error_model="numpy")
 def tanh(x: float) -> float:
     """Hyperbolic tangent, exactly odd, within 2 units in the last place, NaN for NaN.
 
-    tanh t = e / (e + 2) with e = exp(2t) - 1 keeps full relative accuracy near 0. The library's tanh would be as good,
-    but differs between platforms and is not vectorised by the compiler; this one is branch-free.
+    tanh t = e / (e + 2) with e = exp(2t) - 1 keeps full relative accuracy near 0. The library's tanh would be
+    as good, but differs between platforms and is not vectorised by the compiler; this one is branch-free.
     """
     magnitude = abs(x)
     t = 2.0 * (_SATURATED if magnitude > _SATURATED else magnitude)
@@ -61,9 +46,10 @@ def tanh(x: float) -> float:
     middle = (1 / 720 + r * (1 / 5040)) + r2 * (1 / 40320 + r * (1 / 362880))
     high = (1 / 3628800 + r * (1 / 39916800)) + r2 * (1 / 479001600 + r * (1 / 6227020800))
     expm1_r = r + r2 * (low + r4 * (middle + r4 * high))
-    scale = _double_of((_bits_of(shifted) + 1023) << 52)  # 2**k
+    scale = double_of((bits_of(shifted) + 1023) << 52)  # 2**k
     e = scale * expm1_r + (scale - 1.0)
-    return np.copysign(e / (e + 2.0), x)
+    value: float = np.copysign(e / (e + 2.0), x)
+    return value
 
 
 @njit(cache=True, error_model="numpy")
@@ -74,7 +60,7 @@ def tanh_array(x: np.ndarray, out: np.ndarray) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def power(base: float, exponent: float) -> float:
+def power(base: float, exponent: float) -> Any:
     """base ** exponent for base >= 0; small whole exponents by multiplication, 0 ** n = 0."""
     if exponent == 2.0:
         return base * base
@@ -88,7 +74,7 @@ def power(base: float, exponent: float) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def hill(y: float, u_min: float, u_max: float, y_th: float, n: float) -> float:
+def hill(y: float, u_min: float, u_max: float, y_th: float, n: float) -> Any:
     """S_u(y) = u_min + (u_max - u_min) y^n / (y_th^n + y^n), written so that no power overflows."""
     ratio = y / y_th
     if ratio <= 1.0:
@@ -113,7 +99,8 @@ def hear(
 ) -> float:
     """Sum the fresh neighbours' opinions into `heard_sum` (N_O); return the sum of their mean squares.
 
-    A record counts while now - time <= stale (gcid.md 7). record_z is (K, N_O), of which `count` rows are in use.
+    A record counts while now - time <= stale (gcid.md 7). record_z is (K, N_O), of which `count` rows are in
+    use.
     """
     n_o = heard_sum.size
     for j in range(n_o):
@@ -147,7 +134,7 @@ def project_active(z: np.ndarray, active: np.ndarray) -> None:
 
 @njit(cache=True, error_model="numpy")
 def substeps(dt: float, rate: float) -> int:
-    """How many equal Runge-Kutta steps an update of dt needs: rate * step <= 0.2, within [1, MAX_SUBSTEPS]."""
+    """Equal Runge-Kutta steps an update of dt needs: rate * step <= 0.2, within [1, MAX_SUBSTEPS]."""
     m = np.ceil(dt * rate / 0.2)
     if not m >= 1.0:
         return 1
@@ -212,16 +199,17 @@ def agent_step(
     y_th: float,
     n: float,
 ) -> float:
-    """Integrate one agent's opinions (in place) and attention (returned) over dt by equal classical RK4 steps.
+    """Integrate one agent's opinions (in place) and attention (returned) over dt by equal classical RK4
+    steps.
 
-    Paper equations (2) and (5) with inputs and neighbours held: z (N_O), own[j, l] = A_ii^jl, heard[j, l] = A_ik^jl for
-    every neighbour, heard_sum the sum of the neighbours' opinions, heard_square the sum of their mean squares. Options
-    that are not active have no row and no term.
+    Paper equations (2) and (5) with inputs and neighbours held: z (N_O), own[j, l] = A_ii^jl, heard[j, l] =
+    A_ik^jl for every neighbour, heard_sum the sum of the neighbours' opinions, heard_square the sum of their
+    mean squares. Options that are not active have no row and no term.
 
-    The step follows gcid.md 4 in spirit, rate * step <= 0.2, with the rates of the system that is integrated: the
-    agent's own couplings (held neighbours shift the argument of tanh but add no rate), attention's 1/tau_u, and the
-    speed at which the arguments of tanh move at the start, without which a large new input would jump over the bend
-    of tanh in one step.
+    The step follows gcid.md 4 in spirit, rate * step <= 0.2, with the rates of the system that is integrated:
+    the agent's own couplings (held neighbours shift the argument of tanh but add no rate), attention's
+    1/tau_u, and the speed at which the arguments of tanh move at the start, without which a large new input
+    would jump over the bend of tanh in one step.
     """
     n_o = z.size
     project_active(z, active)
@@ -261,7 +249,20 @@ def agent_step(
     rate_z = np.zeros(n_o)
     sum_z = np.empty(n_o)
     _agent_rate(
-        z, u, resistance, b, active, n_active, constant, pairs, row_of, column_of, slope, offset, argument, rate_z
+        z,
+        u,
+        resistance,
+        b,
+        active,
+        n_active,
+        constant,
+        pairs,
+        row_of,
+        column_of,
+        slope,
+        offset,
+        argument,
+        rate_z,
     )
     speed = 0.0
     for p in range(pairs):
@@ -276,8 +277,8 @@ def agent_step(
             sum_z[j] = 0.0
         for stage in range(4):
             square = _agent_rate(
-                stage_z, stage_u, resistance, b, active, n_active, constant, pairs, row_of, column_of, slope, offset,
-                argument, rate_z,
+                stage_z, stage_u, resistance, b, active, n_active, constant, pairs, row_of, column_of, slope,
+                offset, argument, rate_z,
             )  # fmt: skip
             rate_u = (hill(square + heard_square, u_min, u_max, y_th, n) - stage_u) / tau_u
             weight = 1.0 if stage == 0 or stage == 3 else 2.0
@@ -314,8 +315,8 @@ def agent_step_reference(
 ) -> float:
     """One step exactly as the authors' implementation takes it (gcid.md 2, variant `reference`).
 
-    Explicit Euler, attention first and the new attention in the opinions; cross terms keep what neighbours say about
-    an option that is inactive here; the result is centred over all options, inactive ones included.
+    Explicit Euler, attention first and the new attention in the opinions; cross terms keep what neighbours
+    say about an option that is inactive here; the result is centred over all options, inactive ones included.
     """
     n_o = z.size
     n_active = 0
@@ -377,7 +378,9 @@ def agent_update(
     n: float,
     reference: bool,
 ) -> tuple[float, float]:
-    """`hear`, then one update of either variant: (new attention, the neighbours' part of y). z changes in place."""
+    """`hear`, then one update of either variant: (new attention, the neighbours' part of y). z changes in
+    place.
+    """
     square = hear(now, stale, count, record_time, record_z, record_square, heard_sum)
     if reference:
         u = agent_step_reference(
@@ -407,8 +410,9 @@ def network_rate(
 ) -> None:
     """Right-hand side of paper equation (2) and the y_i of (5), for all agents of a dense network.
 
-    z, resistance, b, active, rate (N_a, N_O); u, y (N_a); tensor[i, j, k, l] = A_ik^jl, zero where there is no link;
-    links[i, k] = abar_ik with self-loops. The neighbours' opinions are summed inside one tanh per pair of options.
+    z, resistance, b, active, rate (N_a, N_O); u, y (N_a); tensor[i, j, k, l] = A_ik^jl, zero where there is
+    no link; links[i, k] = abar_ik with self-loops. The neighbours' opinions are summed inside one tanh per
+    pair of options.
     """
     n_a, n_o = z.shape
     argument = np.empty(n_o)
@@ -464,7 +468,8 @@ def network_rk4(
     attention: np.ndarray,
     dynamic: bool,
 ) -> None:
-    """Advance z and u in place by `steps` classical RK4 steps of dt / steps, all agents coupled at every stage.
+    """Advance z and u in place by `steps` classical RK4 steps of dt / steps, all agents coupled at every
+    stage.
 
     attention is (N_a, 5): tau_u, u_min, u_max, y_th, n; with dynamic False the attention stays as given.
     """

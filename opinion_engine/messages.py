@@ -1,7 +1,8 @@
-"""Opinion messages: the text form, the compact binary form, and the neighbour's dominant option (gcid.md 7, 8).
+"""Opinion messages: the text form, the compact binary form, and the neighbour's dominant option (gcid.md 7,
+8).
 
-The one place where opinions are turned into bytes or characters and back. Input is untrusted: anything that is not
-exactly a message raises `MessageError`, and sizes are bounded.
+The one place where opinions are turned into bytes or characters and back. Input is untrusted: anything that
+is not exactly a message raises `MessageError`, and sizes are bounded.
 """
 
 from __future__ import annotations
@@ -46,8 +47,8 @@ class OpinionMessage:
     def dominant(self, threshold: float) -> str | None:
         """The option that decides this neighbour's list: '' when undecided, None for an empty record.
 
-        Options in alphabetical order, each at least as large as the best so far (from 0.0) taking its place, so ties
-        go to the last; the winner must be above `threshold` (gcid.md 7).
+        Options in alphabetical order, each at least as large as the best so far (from 0.0) taking its place,
+        so ties go to the last; the winner must be above `threshold` (gcid.md 7).
         """
         if not self.opinions:
             return None
@@ -121,19 +122,24 @@ def encode_binary(z: Sequence[float], encoding: Encoding, active: Sequence[bool]
         raise MessageError(f"'{encoding}' is no binary encoding: use i8, i16 or f32")
     top = 127 if encoding == "i8" else 32767
     scale = top / math.asinh(Z_MAX / Z0)
-    q = [min(max(_half_away(scale * math.asinh(z[j] / Z0)), -top), top) if on[j] else -top - 1 for j in range(n)]
+    q = [
+        min(max(_half_away(scale * math.asinh(z[j] / Z0)), -top), top) if on[j] else -top - 1
+        for j in range(n)
+    ]
     return struct.pack(f">{n}{'b' if encoding == 'i8' else 'h'}", *q)
 
 
 def decode_binary(payload: bytes, n_options: int, project: bool = True) -> tuple[list[float], list[bool]]:
     """(opinions, active) of a payload of N_O * 1, 2 or 4 bytes; inactive opinions are 0.
 
-    With `project` the mean over the active options is subtracted, which restores the zero sum. Raises MessageError
-    for any other length and for values out of range.
+    With `project` the mean over the active options is subtracted, which restores the zero sum. Raises
+    MessageError for any other length and for values out of range.
     """
     if n_options < 1 or len(payload) not in (n_options, 2 * n_options, 4 * n_options):
         n = n_options
-        raise MessageError(f"payload of {len(payload)} bytes for {n} options, expected {n}, {2 * n} or {4 * n}")
+        raise MessageError(
+            f"payload of {len(payload)} bytes for {n} options, expected {n}, {2 * n} or {4 * n}"
+        )
     width = len(payload) // n_options
     if width == 4:
         values = list(struct.unpack(f">{n_options}f", payload))
@@ -154,7 +160,9 @@ def decode_binary(payload: bytes, n_options: int, project: bool = True) -> tuple
 
 
 def add_header(payload: bytes, n_options: int, agent: int) -> bytes:
-    """The payload behind its optional 2-byte header: version, width code and N_O, then the agent's number 0..255."""
+    """The payload behind its optional 2-byte header: version, width code and N_O, then the agent's number
+    0..255.
+    """
     if not 0 < n_options < 16 or len(payload) % n_options:
         raise MessageError(f"a header can announce 1 to 15 options, not {n_options} in {len(payload)} bytes")
     if not 0 <= agent <= 255:
@@ -171,7 +179,9 @@ def split_header(data: bytes, n_options: int) -> tuple[int, bytes]:
         raise MessageError(f"message of {len(data)} bytes is shorter than its header")
     version, code, options = data[0] >> 6, data[0] >> 4 & 3, data[0] & 15
     if version != _HEADER_VERSION or code == 3:
-        raise MessageError(f"header version {version}, width code {code}: expected version 1 and code 0, 1 or 2")
+        raise MessageError(
+            f"header version {version}, width code {code}: expected version 1 and code 0, 1 or 2"
+        )
     if options != n_options:
         raise MessageError(f"message about {options} options, this agent has {n_options}")
     if len(data) - 2 != options << code:

@@ -1,10 +1,12 @@
 """The opinion model of the paper as values: couplings, attention, a dense network and its trajectories.
 
-Nonlinear opinion dynamics with attention (Paine & Benjamin, equations 2 and 5; gcid.md 1). This module checks shapes
-and ranges, gives the equation its names and hands plain arrays to `kernels`; it knows no messages, files or clocks.
+Nonlinear opinion dynamics with attention (Paine & Benjamin, equations 2 and 5; gcid.md 1). This module checks
+shapes and ranges, gives the equation its names and hands plain arrays to `kernels`; it knows no messages,
+files or clocks.
 
-Symbols: N_a agents, N_O options; z (N_a, N_O) opinions, every row sums to 0; u (N_a,) attention; d resistance; b (N_a,
-N_O) inputs; A[i, k, j, l] the influence of agent k's opinion about option l on agent i's opinion about option j.
+Symbols: N_a agents, N_O options; z (N_a, N_O) opinions, every row sums to 0; u (N_a,) attention; d
+resistance; b (N_a, N_O) inputs; A[i, k, j, l] the influence of agent k's opinion about option l on agent i's
+opinion about option j.
 """
 
 from __future__ import annotations
@@ -34,7 +36,7 @@ class OpinionError(ValueError):
 
 
 def finite_array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Floats:
-    """`value` as float64, broadcast to `shape` and copied; OpinionError for a wrong shape, NaN or infinity."""
+    """`value` as float64, broadcast to `shape`, copied; OpinionError for a wrong shape, NaN or infinity."""
     try:
         array = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError):
@@ -46,7 +48,9 @@ def finite_array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Floats:
     bad = np.argwhere(~np.isfinite(array))
     if bad.size:
         where = tuple(int(i) for i in bad[0])
-        raise OpinionError(f"{name}[{', '.join(map(str, where))}] is {array[where]}, expected a finite number")
+        raise OpinionError(
+            f"{name}[{', '.join(map(str, where))}] is {array[where]}, expected a finite number"
+        )
     return array
 
 
@@ -111,9 +115,9 @@ class Attention:
 class Couplings:
     """What one agent does with its own opinions and with those it hears (gcid.md 1).
 
-    own[j, l] = A_ii^jl: alpha_j on the diagonal, beta_jl off it. heard[j, l] = A_ik^jl for every neighbour k alike:
-    gamma_j on the diagonal, delta_jl off it. resistance[j] = d_j > 0. Raises OpinionError for wrong shapes,
-    values that are not finite, and resistances that are not positive.
+    own[j, l] = A_ii^jl: alpha_j on the diagonal, beta_jl off it. heard[j, l] = A_ik^jl for every neighbour k
+    alike: gamma_j on the diagonal, delta_jl off it. resistance[j] = d_j > 0. Raises OpinionError for wrong
+    shapes, values that are not finite, and resistances that are not positive.
     """
 
     resistance: Floats
@@ -172,10 +176,11 @@ class OpinionNetwork:
     """N_a agents with the full coupling tensor: heterogeneous agents, options, links, and inactive options.
 
     tensor  (N_a, N_a, N_O, N_O), indexed [i, k, j, l]
-    links   (N_a, N_a), abar_ik >= 0 with self-loops; an influence without a link is ignored, so the same tensor
+    links   (N_a, N_a), abar_ik >= 0 with self-loops; an influence without a link is ignored, so the same
+    tensor
             serves a graph that changes with time (`with_links`)
     resistance  scalar, one per agent (N_a,), or (N_a, N_O), all > 0
-    active  (N_a, N_O) booleans or None for all; an inactive option has no row, no term, opinion 0
+    active  (N_a, N_O) booleans, by default all; an inactive option has no row, no term, opinion 0
 
     Raises OpinionError for wrong shapes, values that are not finite, and resistances that are not positive.
     """
@@ -183,7 +188,7 @@ class OpinionNetwork:
     tensor: Floats
     links: Floats
     resistance: Floats = field(default_factory=lambda: np.ones(1))
-    active: Bools | None = None
+    active: Bools = field(default_factory=lambda: np.ones((0, 0), np.bool_))
     _kernel_tensor: Floats = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -204,9 +209,8 @@ class OpinionNetwork:
         object.__setattr__(self, "links", links)
         resistance = finite_array("resistance", resistance, (n_a, n_o))
         object.__setattr__(self, "resistance", _require_positive("resistance", resistance))
-        if self.active is None:
-            active = np.ones((n_a, n_o), np.bool_)
-        else:
+        active = np.ones((n_a, n_o), np.bool_)
+        if np.size(self.active):
             active = np.asarray(self.active, dtype=np.bool_).copy()
             if active.shape != (n_a, n_o):
                 raise OpinionError(f"active has shape {active.shape}, expected {(n_a, n_o)}")
@@ -224,10 +228,11 @@ class OpinionNetwork:
         resistance: ArrayLike | None = None,
         active: Bools | None = None,
     ) -> OpinionNetwork:
-        """A network in which agent i treats all its neighbours alike; `couplings` one for all or one per agent.
+        """A network in which agent i treats all its neighbours alike; `couplings` one for all or one per
+        agent.
 
-        adjacency (N_a, N_a) without self-loops; row i lists whom agent i hears; entries other than 0 weigh the
-        influence. resistance overrides that of the couplings.
+        adjacency (N_a, N_a) without self-loops; row i lists whom agent i hears; entries other than 0 weigh
+        the influence. resistance overrides that of the couplings.
         """
         shape = np.shape(adjacency)
         if len(shape) != 2 or shape[0] != shape[1] or shape[0] == 0:
@@ -235,7 +240,9 @@ class OpinionNetwork:
         n_a = shape[0]
         weights = finite_array("adjacency", adjacency, (n_a, n_a))
         if np.any(np.diag(weights) != 0.0):
-            raise OpinionError("adjacency must not contain self-loops: an agent's own opinions are always included")
+            raise OpinionError(
+                "adjacency must not contain self-loops: an agent's own opinions are always included"
+            )
         each = [couplings] * n_a if isinstance(couplings, Couplings) else list(couplings)
         if len(each) != n_a:
             raise OpinionError(f"{len(each)} couplings for {n_a} agents")
@@ -249,7 +256,8 @@ class OpinionNetwork:
         links = (weights != 0.0).astype(np.float64) + np.eye(n_a)
         if resistance is None:
             resistance = np.array([c.resistance for c in each])
-        return cls(tensor, links, np.asarray(resistance, dtype=np.float64), active)
+        on = np.ones((n_a, n_o), np.bool_) if active is None else active
+        return cls(tensor, links, np.asarray(resistance, dtype=np.float64), on)
 
     @classmethod
     def homogeneous(
@@ -288,7 +296,9 @@ class OpinionNetwork:
         return OpinionNetwork(self.tensor, self.links, self.resistance, active)
 
     def derivative(self, z: ArrayLike, u: ArrayLike, b: ArrayLike = 0.0) -> tuple[Floats, Floats]:
-        """(z', y) at opinions z (N_a, N_O), attention u (N_a,) and inputs b: paper equation (2), and y of (5)."""
+        """(z', y) at opinions z (N_a, N_O), attention u (N_a,) and inputs b: paper equation (2), and y of
+        (5).
+        """
         shape = (self.n_agents, self.n_options)
         rate = np.empty(shape)
         y = np.empty(self.n_agents)
@@ -321,17 +331,20 @@ def simulate(
     b: ArrayLike | Sequence[tuple[float, ArrayLike]] = 0.0,
     max_step: float = 0.01,
 ) -> Trajectory:
-    """The motion from z0 at t[0], given at the times t (ascending, seconds), by RK4 in steps of at most max_step.
+    """The motion from z0 at t[0], given at the times t (ascending, seconds), by RK4 in steps of at most
+    max_step.
 
-    network   one network, or (start time, network) pairs in order of time for a graph that changes; each holds from
+    network   one network, or (start time, network) pairs in order of time for a graph that changes; each
+    holds from
               its start until the next one
     z0        (N_a, N_O), or what broadcasts to it; projected to zero row sums
     attention one for all agents, or one per agent; None keeps the attention at u0
     u0        (N_a,) or scalar; by default u_min
     b         (N_a, N_O), or (start time, inputs) pairs
 
-    The step is also kept below RATE_PER_STEP / rate, so the result does not depend on max_step beyond round-off-like
-    errors (order 4). Raises OpinionError for shapes that do not fit, times that do not ascend, or u0 missing.
+    The step is also kept below RATE_PER_STEP / rate, so the result does not depend on max_step beyond
+    round-off-like errors (order 4). Raises OpinionError for shapes that do not fit, times that do not ascend,
+    or u0 missing.
     """
     networks = [(-np.inf, network)] if isinstance(network, OpinionNetwork) else list(network)
     if not networks:
@@ -360,7 +373,7 @@ def simulate(
     out = Trajectory(times.copy(), np.empty((times.size, n_a, n_o)), np.empty((times.size, n_a)))
     now = float(times[0])
     for i in range(n_a):
-        kernels.project_active(z[i], _at(networks, now).active[i])  # type: ignore[index]
+        kernels.project_active(z[i], _at(networks, now).active[i])
     for index, target in enumerate(times):
         while now < target:
             stop = min([float(target)] + [s for s in changes if now < s < target])
@@ -391,7 +404,9 @@ def simulate(
 
 def _input_schedule(b: object, shape: tuple[int, int]) -> list[tuple[float, Floats]]:
     """Inputs as (start, b) pairs; a plain array holds for ever."""
-    pairs = isinstance(b, list | tuple) and len(b) > 0 and all(isinstance(p, tuple) and len(p) == 2 for p in b)
+    pairs = (
+        isinstance(b, list | tuple) and len(b) > 0 and all(isinstance(p, tuple) and len(p) == 2 for p in b)
+    )
     if not pairs:
         return [(-np.inf, finite_array("b", b, shape))]  # type: ignore[arg-type]
     schedule = [(float(start), finite_array("b", value, shape)) for start, value in b]  # type: ignore[attr-defined]
@@ -410,7 +425,8 @@ def _at(schedule: Sequence[tuple[float, _T]], now: float) -> _T:
 
 
 def strongest(z: ArrayLike, active: ArrayLike | None = None) -> int:
-    """e_zmax as an index: the largest opinion, the lowest index among those within TIE of it (paper equation 7).
+    """e_zmax as an index: the largest opinion, the lowest index among those within TIE of it (paper equation
+    7).
 
     Only active options count. Raises OpinionError if there is none or an opinion is not a number.
     """
@@ -427,10 +443,10 @@ def strongest(z: ArrayLike, active: ArrayLike | None = None) -> int:
     return int(np.argmax(values >= best - TIE))
 
 
-def input_value(
-    raw: float, low: float, high: float, gain: float = 1.0, shape: str = "none"
-) -> float:
-    """The input b of a raw value: clip to [low, high], map to s in [-1, 1], gain * s or (quadratic) gain * s^2."""
+def input_value(raw: float, low: float, high: float, gain: float = 1.0, shape: str = "none") -> float:
+    """The input b of a raw value: clip to [low, high], map to s in [-1, 1], gain * s or (quadratic) gain *
+    s^2.
+    """
     s = 2.0 * (min(max(raw, low), high) - low) / (high - low) - 1.0
     return gain * s * s if shape == "quadratic" else gain * s
 
@@ -440,7 +456,8 @@ def weighted_decision(
 ) -> tuple[tuple[int, ...], Floats]:
     """(index of the best decision, total utility): argmax_r e_zmax^T A_c W f(r) on a grid (gcid.md 9).
 
-    e_zmax (N_O,), activation A_c (N_O, q), weights (q,), utilities (q, ...grid). The lowest flat index wins ties.
+    e_zmax (N_O,), activation A_c (N_O, q), weights (q,), utilities (q, ...grid). The lowest flat index wins
+    ties.
     """
     f = np.asarray(utilities, dtype=np.float64)
     if f.ndim < 2:

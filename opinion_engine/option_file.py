@@ -1,7 +1,7 @@
 """Option files: what a fleet can choose, and how the options couple (gcid.md 5).
 
-Text in, frozen `Option`s out; a file with any fault is refused as a whole with one `file:line` sentence. Opens no
-file except in `read_options`, and knows nothing of the dynamics beyond the names of the couplings.
+Text in, frozen `Option`s out; a file with any fault is refused as a whole with one `file:line` sentence.
+Opens no file except in `read_options`, and knows nothing of the dynamics beyond the names of the couplings.
 """
 
 from __future__ import annotations
@@ -106,8 +106,8 @@ class OptionSet:
     def reference_couplings(self, alpha_as_configured: bool = False) -> Couplings:
         """The couplings as the authors' implementation uses them (gcid.md 2).
 
-        alpha is 1 for every option unless `alpha_as_configured`; a delta without a beta for the same other option
-        is dropped.
+        alpha is 1 for every option unless `alpha_as_configured`; a delta without a beta for the same other
+        option is dropped.
         """
         couplings = self.couplings()
         own, heard = couplings.own.copy(), couplings.heard.copy()
@@ -121,7 +121,9 @@ class OptionSet:
         return Couplings(couplings.resistance, own, heard)
 
     def perturbed(self, seed: str) -> OptionSet:
-        """With the couplings of the options that ask for it multiplied by (1 + 0.25/3 N(0,1)), drawn from `seed`."""
+        """With the couplings of the options that ask for it multiplied by (1 + 0.25/3 N(0,1)), drawn from
+        `seed`.
+        """
         draw = random.Random(f"opinion perturbation:{seed}")
 
         def shaken(value: float) -> float:
@@ -168,7 +170,9 @@ def parse_options(texts: Sequence[tuple[str, str]]) -> OptionSet:
     if not options:
         raise _refuse("option file", 0, "no option file was given")
     if len(options) > MAX_OPTIONS:
-        raise _refuse(options[MAX_OPTIONS].file, options[MAX_OPTIONS].line, f"more than {MAX_OPTIONS} options")
+        raise _refuse(
+            options[MAX_OPTIONS].file, options[MAX_OPTIONS].line, f"more than {MAX_OPTIONS} options"
+        )
     _check_together(options, warnings)
     return OptionSet(tuple(options), tuple(warnings))
 
@@ -184,7 +188,9 @@ def _parse_blocks(text: str, file: str, warnings: list[Problem]) -> list[Option]
         if row.lower() == "social_option":
             if announced or block is not None:
                 begun = announced or (block.line if block else 0)
-                raise _refuse(file, number, f"the block of line {begun} is not closed before the next social_option")
+                raise _refuse(
+                    file, number, f"the block of line {begun} is not closed before the next social_option"
+                )
             announced = number
         elif row == "{":
             if not announced:
@@ -203,7 +209,11 @@ def _parse_blocks(text: str, file: str, warnings: list[Problem]) -> list[Option]
         else:
             block.take(number, row, warnings)
     if block is not None or announced:
-        raise _refuse(file, announced or (block.line if block else 0), "the social_option block is never closed with '}'")
+        raise _refuse(
+            file,
+            announced or (block.line if block else 0),
+            "the social_option block is never closed with '}'",
+        )
     return options
 
 
@@ -247,7 +257,9 @@ class _Block:
         if not equals:
             raise _refuse(self.file, number, f"expected 'parameter = value', found {_short(row)}")
         if name not in _KNOWN:
-            raise _refuse(self.file, number, f"an option has no parameter {_short(key)}{did_you_mean(name, _KNOWN)}")
+            raise _refuse(
+                self.file, number, f"an option has no parameter {_short(key)}{did_you_mean(name, _KNOWN)}"
+            )
         if not value:
             raise _refuse(self.file, number, f"{name} has no value")
         repeatable = name in _COUPLING_LISTS or name in ("option_output", "active_condition")
@@ -268,7 +280,9 @@ class _Block:
         elif name in _COUPLING_LISTS:
             other, equals, amount = (part.strip() for part in value.partition("="))
             if not equals or not other:
-                raise _refuse(self.file, number, f"{name} = {_short(value)}: expected 'other_option = number'")
+                raise _refuse(
+                    self.file, number, f"{name} = {_short(value)}: expected 'other_option = number'"
+                )
             pairs = self.pairs[_COUPLING_LISTS[name]]
             if other.lower() in pairs:
                 text = f"{name} for '{other.lower()}' is given twice; the last one wins"
@@ -293,7 +307,9 @@ class _Block:
             self.conditions.append(Condition(variable.upper(), text))
         elif name == "social_mode":
             if value not in SOCIAL_MODES:
-                raise ValueError(f"expected one of {', '.join(SOCIAL_MODES)}{did_you_mean(value, SOCIAL_MODES)}")
+                raise ValueError(
+                    f"expected one of {', '.join(SOCIAL_MODES)}{did_you_mean(value, SOCIAL_MODES)}"
+                )
             self.values["social_mode"] = value
         elif name == "input":
             if len(value.split()) != 1:

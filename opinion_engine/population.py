@@ -1,8 +1,8 @@
 """Large populations: N agents on a sparse graph, all stepped at once by the kernels of `population_kernels`.
 
-The same equations as `model`, for up to millions of agents: agents of a few kinds, inputs of their own, a graph that
-may change between steps, messages that are lost or late. Deterministic: the same arguments and seed give the same bits
-for any number of threads.
+The same equations as `model`, for up to millions of agents: agents of a few kinds, inputs of their own, a
+graph that may change between steps, messages that are lost or late. Deterministic: the same arguments and
+seed give the same bits for any number of threads.
 """
 
 from __future__ import annotations
@@ -29,8 +29,10 @@ from opinion_engine.model import (
 
 Method = Literal["rk4", "held", "euler", "reference"]
 METHODS: tuple[Method, ...] = ("rk4", "held", "euler", "reference")
-"""rk4: the coupled system, classical Runge-Kutta. held: neighbours held during each step, as boats with engines do
-(every agent integrates itself accurately). euler: explicit Euler. reference: the authors' order of one Euler step."""
+"""rk4: the coupled system, classical Runge-Kutta. held: neighbours held during each step, as boats with
+engines do
+(every agent integrates itself accurately). euler: explicit Euler. reference: the authors' order of one Euler
+step."""
 
 _PARALLEL_FROM = 4096  # agents; below this sharing the work out costs more than it saves
 _FAR = 16384  # neighbours further apart than this (in agents) are not in a core's cache together
@@ -40,7 +42,8 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class Links:
-    """How messages travel: each is lost with probability `loss`, and late by a fixed number of steps per link.
+    """How messages travel: each is lost with probability `loss`, and late by a fixed number of steps per
+    link.
 
     delay    (lowest, highest) whole steps, drawn once per link
     stale    steps after which a neighbour not heard again contributes nothing
@@ -55,12 +58,16 @@ class Links:
         if not 0.0 <= self.loss <= 1.0:
             raise OpinionError(f"loss is {self.loss:g}, expected a probability")
         if not 0 <= low <= high <= 1000 or not 0 <= self.stale <= 1000:
-            raise OpinionError(f"delay {self.delay} and stale {self.stale} must be steps from 0 to 1000, in order")
+            raise OpinionError(
+                f"delay {self.delay} and stale {self.stale} must be steps from 0 to 1000, in order"
+            )
 
 
 class PopulationResult(NamedTuple):
-    """What `Population.run` recorded: t (R,), z (R, n, N_O) and u (R, n) of the agents observed, and for all agents
-    the share whose strongest option is each (R, N_O), the mean attention (R,) and the mean degree heard (R,)."""
+    """What `Population.run` recorded: t (R,), z (R, n, N_O) and u (R, n) of the agents observed, and for all
+    agents
+    the share whose strongest option is each (R, N_O), the mean attention (R,) and the mean degree heard
+    (R,)."""
 
     t: Floats
     z: Floats
@@ -114,7 +121,13 @@ class Population:
         elif kinds is not None:
             raise OpinionError("kinds need a list of couplings")
         self._dynamic = attention is not None
-        rows = [Attention()] if attention is None else [attention] if isinstance(attention, Attention) else attention
+        rows = (
+            [Attention()]
+            if attention is None
+            else [attention]
+            if isinstance(attention, Attention)
+            else attention
+        )
         if len(rows) not in (1, k):
             raise OpinionError(f"{len(rows)} attention parameters for {k} kinds of agents")
         self._attention = np.array([a.row for a in rows])
@@ -159,7 +172,7 @@ class Population:
         z = self.z
         if self._active.size:
             z = np.where(self._active, z, -np.inf)
-        return np.argmax(z >= z.max(axis=1, keepdims=True) - TIE, axis=1)
+        return np.asarray(np.argmax(z >= z.max(axis=1, keepdims=True) - TIE, axis=1), dtype=np.int64)
 
     def set_inputs(self, inputs: ArrayLike) -> None:
         """New inputs from now on, (N, N_O) or what broadcasts to it."""
@@ -184,7 +197,9 @@ class Population:
         if self._links is None:
             raise OpinionError("silent agents need links: Links() says when what they said is stale")
         self._silent = None
-        if silent is not None:
+        if silent is None:
+            self._lag = self._base_lag.copy()
+        else:
             mask = np.asarray(silent, dtype=np.bool_)
             if mask.shape != (self.n_agents,):
                 raise OpinionError(f"silent has shape {mask.shape}, expected ({self.n_agents},)")
@@ -193,7 +208,7 @@ class Population:
     def _project(self, z: Floats) -> Floats:
         """Without the row means over the active options; inactive ones 0."""
         if self._active.size == 0:
-            return z - z.mean(axis=1, keepdims=True)
+            return np.asarray(z - z.mean(axis=1, keepdims=True))
         on = self._active
         z = np.where(on, np.broadcast_to(z, on.shape), 0.0)
         return np.where(on, z - z.sum(axis=1, keepdims=True) / np.maximum(1, self._options)[:, None], 0.0)
@@ -231,7 +246,7 @@ class Population:
         return max(1, int(np.ceil(dt * rate / RATE_PER_STEP)))
 
     def _deliver(self, links: Links) -> None:
-        """Draw which messages arrive; the others leave the last one heard one step older, until it is stale."""
+        """Draw which messages arrive; the others leave the last one heard a step older, until it is stale."""
         if links.loss > 0.0 or self._silent is not None:
             arrived = self._rng.random(self._lag.size) >= links.loss
             if self._silent is not None:
@@ -248,20 +263,31 @@ class Population:
         """One sweep into the next place of the ring."""
         following = (self._head + 1) % self._ring.shape[0]
         lag = self._lag_now if self._links is not None else self._lag
-        self._sweep(method, dt, substeps, False, lag, self._ring, self._head, self._u, self._ring[following], self._u_next)
+        self._sweep(
+            method,
+            dt,
+            substeps,
+            False,
+            lag,
+            self._ring,
+            self._head,
+            self._u,
+            self._ring[following],
+            self._u_next,
+        )
         self._head = following
         self._u, self._u_next = self._u_next, self._u
 
     def _sweep(
-        self, method: int, dt: float, substeps: int, rates_only: bool, lag: NDArray[np.int16], history: Floats,
-        head: int, u: Floats, z_next: Floats, u_next: Floats,
+        self, method: int, dt: float, substeps: int, rates_only: bool, lag: NDArray[np.int16], history:
+        Floats, head: int, u: Floats, z_next: Floats, u_next: Floats,
     ) -> None:  # fmt: skip
         run = kernels.sweep if self.n_agents >= _PARALLEL_FROM else kernels.sweep_serial
         graph = self.graph
         run(
-            method, dt, substeps, rates_only, graph.indptr, graph.indices, self._scattered, lag, history, head, u,
-            self._inputs, self._active, self._options, self._kinds, self._own, self._neighbour, self._resistance,
-            self._attention, self._dynamic, self._uniform, z_next, u_next,
+            method, dt, substeps, rates_only, graph.indptr, graph.indices, self._scattered, lag, history,
+            head, u, self._inputs, self._active, self._options, self._kinds, self._own, self._neighbour,
+            self._resistance, self._attention, self._dynamic, self._uniform, z_next, u_next,
         )  # fmt: skip
 
     def _step_coupled(self, dt: float) -> None:
@@ -275,9 +301,7 @@ class Population:
             sum_z, sum_u = np.zeros_like(z), np.zeros_like(u)
             stage_z[0], stage_u[:] = z, u
             for weight, ahead in ((1.0, 0.5 * h), (2.0, 0.5 * h), (2.0, h), (1.0, 0.0)):
-                self._sweep(
-                    kernels.EULER, h, 1, True, self._lag, stage_z, 0, stage_u, rate_z, rate_u
-                )
+                self._sweep(kernels.EULER, h, 1, True, self._lag, stage_z, 0, stage_u, rate_z, rate_u)
                 sum_z += weight * rate_z
                 sum_u += weight * rate_u
                 stage_z[0] = z + ahead * rate_z
@@ -306,8 +330,8 @@ class Population:
     ) -> PopulationResult:
         """Take `steps` steps, recording the start and every `record_every`-th one.
 
-        observe      indices of the agents whose z and u are kept (default: all, if they fit into 1 GB, else none)
-        before_step  called with the population before each step: change inputs or the graph there
+        observe      indices of the agents whose z and u are kept (default: all, if they fit into 1 GB, else
+        none) before_step  called with the population before each step: change inputs or the graph there
         progress     True for a bar on the terminal, or a function of (steps done, steps)
         """
         if steps < 0 or record_every < 1:

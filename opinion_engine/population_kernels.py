@@ -1,22 +1,19 @@
 """One step of a large population on a sparse graph, compiled and parallel (gcid.md 1, 4).
 
-Agents are worked on in tiles that fit the first-level cache: gather the neighbours' opinions, evaluate the equation in
-loops the compiler turns into vector instructions, write the new state. Every agent's sum runs over its neighbours in
-the order of the graph and no result depends on another tile, so any number of threads gives the same bits.
+Agents are worked on in tiles that fit the first-level cache: gather the neighbours' opinions, evaluate the
+equation in loops the compiler turns into vector instructions, write the new state. Every agent's sum runs
+over its neighbours in the order of the graph and no result depends on another tile, so any number of threads
+gives the same bits.
 
 Free functions over plain arrays; random numbers (lost messages, delays) arrive as arrays.
 """
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from llvmlite import ir
-from numba import njit, prange, types
-from numba.extending import intrinsic
-from numba.np.arrayobj import make_array
+from numba import njit, prange
 
+from opinion_engine.intrinsics import prefetch
 from opinion_engine.kernels import hill, tanh
 
 TILE = 128
@@ -26,33 +23,15 @@ PREFETCH_LINKS = 64
 """How many links ahead a row that is anywhere in memory is asked for."""
 
 EULER, REFERENCE, HELD = 0, 1, 2
-"""Methods: explicit Euler; the authors' order (attention first, then opinions with the new attention); neighbours held
+"""Methods: explicit Euler; the authors' order (attention first, then opinions with the new attention);
+neighbours held
 during the step while every agent integrates itself by Runge-Kutta, which is what boats with engines do."""
-
-
-@intrinsic  # type: ignore[misc]
-def _prefetch(typing_context: Any, array: Any, row: Any) -> Any:
-    """Ask for array[row] (two-dimensional, C order) to be brought into the cache; no effect on any result."""
-
-    def emit(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        data = make_array(signature.args[0])(context, builder, args[0])
-        width = builder.extract_value(data.shape, 1)
-        byte = ir.IntType(8).as_pointer()
-        address = builder.bitcast(builder.gep(data.data, [builder.mul(args[1], width)]), byte)
-        word = ir.IntType(32)
-        hint = builder.module.declare_intrinsic(
-            "llvm.prefetch", [byte], ir.FunctionType(ir.VoidType(), [byte, word, word, word])
-        )
-        builder.call(hint, [address, word(0), word(3), word(1)])  # to read, keep, data
-        return context.get_dummy_value()
-
-    return types.void(array, types.int64), emit
 
 
 @njit(cache=True, error_model="numpy")
 def _gather2(
-    low: int, count: int, indptr: np.ndarray, indices: np.ndarray, z: np.ndarray, heard: np.ndarray,
-    square: np.ndarray,
+    low: int, count: int, indptr: np.ndarray, indices: np.ndarray, z: np.ndarray, heard: np.ndarray, square:
+    np.ndarray,
 ) -> None:  # fmt: skip
     for i in range(count):
         a = 0.0
@@ -70,8 +49,8 @@ def _gather2(
 
 @njit(cache=True, error_model="numpy")
 def _gather3(
-    low: int, count: int, indptr: np.ndarray, indices: np.ndarray, z: np.ndarray, heard: np.ndarray,
-    square: np.ndarray,
+    low: int, count: int, indptr: np.ndarray, indices: np.ndarray, z: np.ndarray, heard: np.ndarray, square:
+    np.ndarray,
 ) -> None:  # fmt: skip
     for i in range(count):
         a = 0.0
@@ -91,8 +70,8 @@ def _gather3(
 
 @njit(cache=True, error_model="numpy")
 def _gather3_scattered(
-    low: int, count: int, indptr: np.ndarray, indices: np.ndarray, z: np.ndarray, heard: np.ndarray,
-    square: np.ndarray,
+    low: int, count: int, indptr: np.ndarray, indices: np.ndarray, z: np.ndarray, heard: np.ndarray, square:
+    np.ndarray,
 ) -> None:  # fmt: skip
     """`_gather3` for neighbours anywhere in memory: asks for each row some links before it is needed."""
     last = indices.size - 1
@@ -102,7 +81,7 @@ def _gather3_scattered(
         c = 0.0
         y = 0.0
         for e in range(np.int64(indptr[low + i]), np.int64(indptr[low + i + 1])):
-            _prefetch(z, np.int64(indices[min(e + PREFETCH_LINKS, last)]))
+            prefetch(z, np.int64(indices[min(e + PREFETCH_LINKS, last)]))
             k = np.uint64(indices[e])
             p, q, r = z[k, 0], z[k, 1], z[k, 2]
             a += p
@@ -115,8 +94,8 @@ def _gather3_scattered(
 
 @njit(cache=True, error_model="numpy")
 def _gather_any(
-    low: int, count: int, indptr: np.ndarray, indices: np.ndarray, lag: np.ndarray, history: np.ndarray, head: int,
-    options: np.ndarray, heard: np.ndarray, square: np.ndarray,
+    low: int, count: int, indptr: np.ndarray, indices: np.ndarray, lag: np.ndarray, history: np.ndarray, head:
+    int, options: np.ndarray, heard: np.ndarray, square: np.ndarray,
 ) -> None:  # fmt: skip
     """Any number of options; lag (E,) in steps into the ring `history` (H, N, N_O), negative = nothing heard.
 
@@ -147,11 +126,11 @@ def _gather_any(
 
 @njit(cache=True, error_model="numpy")
 def _rate(
-    count: int, z: np.ndarray, u: np.ndarray, heard: np.ndarray, b: np.ndarray, on: np.ndarray, share: np.ndarray,
-    kind: np.ndarray, own: np.ndarray, neighbour: np.ndarray, resistance: np.ndarray, uniform: bool, f: np.ndarray,
-    mean: np.ndarray,
+    count: int, z: np.ndarray, u: np.ndarray, heard: np.ndarray, b: np.ndarray, on: np.ndarray, share:
+    np.ndarray, kind: np.ndarray, own: np.ndarray, neighbour: np.ndarray, resistance: np.ndarray, uniform:
+    bool, f: np.ndarray, mean: np.ndarray,
 ) -> None:  # fmt: skip
-    """Projected z' of a tile into f (N_O, TILE). Rows are options, so that the inner loops run over agents."""
+    """Projected z' of a tile into f (N_O, TILE). Rows are options: the inner loops run over agents."""
     n_o = z.shape[0]
     several = own.shape[0] > 1
     masked = on.size > 0
@@ -159,8 +138,8 @@ def _rate(
         mean[i] = 0.0
     for j in range(n_o):
         if uniform:
-            # Equal couplings: the cross terms of row j are (all of them) - (the one of j), and what is common to
-            # all rows vanishes in the projection. 2 N_O hyperbolic tangents instead of N_O squared.
+            # Equal couplings: the cross terms of row j are (all of them) - (the one of j), and what is common
+            # to all rows vanishes in the projection. 2 N_O hyperbolic tangents instead of N_O squared.
             alpha, gamma = own[0, 0, 0], neighbour[0, 0, 0]
             beta, delta = own[0, 0, n_o - 1], neighbour[0, 0, n_o - 1]
             if beta == 0.0 and delta == 0.0:
@@ -178,7 +157,9 @@ def _rate(
                 if several:
                     for i in range(count):
                         c = np.uint64(kind[i])
-                        f[j, i] += tanh(own[c, j, option] * z[option, i] + neighbour[c, j, option] * heard[option, i])
+                        f[j, i] += tanh(
+                            own[c, j, option] * z[option, i] + neighbour[c, j, option] * heard[option, i]
+                        )
                 else:
                     a, g = own[0, j, option], neighbour[0, j, option]
                     if a == 0.0 and g == 0.0:
@@ -228,7 +209,11 @@ def _attention_rate(
         for i in range(count):
             c = np.uint64(kind[i])
             target = hill(
-                y[i] * share[i] + square[i], attention[c, 1], attention[c, 2], attention[c, 3], attention[c, 4]
+                y[i] * share[i] + square[i],
+                attention[c, 1],
+                attention[c, 2],
+                attention[c, 3],
+                attention[c, 4],
             )
             rate[i] = (target - u[i]) / attention[c, 0]
         return
@@ -247,11 +232,11 @@ def _attention_rate(
 
 @njit(cache=True, error_model="numpy")
 def _tile(
-    tile: int, method: int, dt: float, substeps: int, rates_only: bool, indptr: np.ndarray, indices: np.ndarray,
-    scattered: bool, lag: np.ndarray, history: np.ndarray, head: int, u_now: np.ndarray, inputs: np.ndarray,
-    active: np.ndarray, options: np.ndarray, kinds: np.ndarray, own: np.ndarray, neighbour: np.ndarray,
-    resistance: np.ndarray, attention: np.ndarray, dynamic: bool, uniform: bool, z_next: np.ndarray,
-    u_next: np.ndarray,
+    tile: int, method: int, dt: float, substeps: int, rates_only: bool, indptr: np.ndarray, indices:
+    np.ndarray, scattered: bool, lag: np.ndarray, history: np.ndarray, head: int, u_now: np.ndarray, inputs:
+    np.ndarray, active: np.ndarray, options: np.ndarray, kinds: np.ndarray, own: np.ndarray, neighbour:
+    np.ndarray, resistance: np.ndarray, attention: np.ndarray, dynamic: bool, uniform: bool, z_next:
+    np.ndarray, u_next: np.ndarray,
 ) -> None:  # fmt: skip
     z_now = history[head]
     n, n_o = z_now.shape
@@ -367,14 +352,15 @@ def sweep_serial(
     method: int, dt: float, substeps: int, rates_only: bool, indptr: np.ndarray, indices: np.ndarray,
     scattered: bool, lag: np.ndarray, history: np.ndarray, head: int, u_now: np.ndarray, inputs: np.ndarray,
     active: np.ndarray, options: np.ndarray, kinds: np.ndarray, own: np.ndarray, neighbour: np.ndarray,
-    resistance: np.ndarray, attention: np.ndarray, dynamic: bool, uniform: bool, z_next: np.ndarray,
-    u_next: np.ndarray,
+    resistance: np.ndarray, attention: np.ndarray, dynamic: bool, uniform: bool, z_next: np.ndarray, u_next:
+    np.ndarray,
 ) -> None:  # fmt: skip
     """`sweep` on one thread, for populations too small to share out."""
     for tile in range((u_now.size + TILE - 1) // TILE):
         _tile(
-            tile, method, dt, substeps, rates_only, indptr, indices, scattered, lag, history, head, u_now, inputs, active,
-            options, kinds, own, neighbour, resistance, attention, dynamic, uniform, z_next, u_next,
+            tile, method, dt, substeps, rates_only, indptr, indices, scattered, lag, history, head, u_now,
+            inputs, active, options, kinds, own, neighbour, resistance, attention, dynamic, uniform, z_next,
+            u_next,
         )  # fmt: skip
 
 
@@ -383,10 +369,11 @@ def sweep(
     method: int, dt: float, substeps: int, rates_only: bool, indptr: np.ndarray, indices: np.ndarray,
     scattered: bool, lag: np.ndarray, history: np.ndarray, head: int, u_now: np.ndarray, inputs: np.ndarray,
     active: np.ndarray, options: np.ndarray, kinds: np.ndarray, own: np.ndarray, neighbour: np.ndarray,
-    resistance: np.ndarray, attention: np.ndarray, dynamic: bool, uniform: bool, z_next: np.ndarray,
-    u_next: np.ndarray,
+    resistance: np.ndarray, attention: np.ndarray, dynamic: bool, uniform: bool, z_next: np.ndarray, u_next:
+    np.ndarray,
 ) -> None:  # fmt: skip
-    """All agents once: the new state, or with `rates_only` the derivative, into z_next (N, N_O) and u_next (N,).
+    """All agents once: the new state, or with `rates_only` the derivative, into z_next (N, N_O) and u_next
+    (N,).
 
     method      EULER, REFERENCE or HELD (with `substeps` Runge-Kutta steps)
     indptr, indices   whom each agent hears, row by row, uint32; scattered: neighbours lie far apart in memory
@@ -394,12 +381,14 @@ def sweep(
     history     (H, N, N_O) ring of past opinions, `head` the present one
     inputs      (N, N_O) or (1, N_O)
     active, options  (N, N_O) bool and (N,) count of them; both empty: all active
-    kinds       (N,) uint8 index into own, neighbour (K, N_O, N_O), resistance (K, N_O), attention (K, 5: tau_u, u_min,
+    kinds       (N,) uint8 index into own, neighbour (K, N_O, N_O), resistance (K, N_O), attention (K, 5:
+    tau_u, u_min,
                 u_max, y_th, n); empty with K = 1
     dynamic     False keeps the attention; uniform: one kind whose couplings are equal for all options
     """
     for tile in prange((u_now.size + TILE - 1) // TILE):
         _tile(
-            tile, method, dt, substeps, rates_only, indptr, indices, scattered, lag, history, head, u_now, inputs, active,
-            options, kinds, own, neighbour, resistance, attention, dynamic, uniform, z_next, u_next,
+            tile, method, dt, substeps, rates_only, indptr, indices, scattered, lag, history, head, u_now,
+            inputs, active, options, kinds, own, neighbour, resistance, attention, dynamic, uniform, z_next,
+            u_next,
         )  # fmt: skip

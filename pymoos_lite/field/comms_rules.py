@@ -158,7 +158,7 @@ class CommsRules:
 
     def _is_stale(self, receiver: Contact, now: float) -> bool:
         limit = self.settings.stale_time
-        return limit >= 0.0 and now - receiver.received >= limit
+        return limit >= 0.0 and now - receiver.heard_at >= limit
 
     def _in_range(self, source: str, name: str, distance: float) -> bool:
         settings = self.settings
@@ -181,8 +181,7 @@ class CommsRules:
 
 
 def _distance(a: Contact, b: Contact) -> float:
-    one, other = a.report, b.report
-    return hypot(one.x - other.x, one.y - other.y)  # type: ignore[operator]
+    return hypot(a.x - b.x, a.y - b.y)
 
 
 def _same_group(a: Contact, b: Contact) -> bool:

@@ -19,7 +19,7 @@ from pymoos_lite.field.comms_rules import (
 from pymoos_lite.geometry.attributes import Attributes
 from pymoos_lite.geometry.colors import INVISIBLE, color_text
 from pymoos_lite.geometry.geodesy import Geodesy, GeodesyError
-from pymoos_lite.records.contact_ledger import Contact, ContactLedger, Refused
+from pymoos_lite.records.contact_ledger import Contact, ContactLedger
 from pymoos_lite.records.csp import RecordError, clip, num, parse_bool, parse_number
 from pymoos_lite.records.node_message import AckMessage, NodeMessage
 from pymoos_lite.records.node_report import NodeReport
@@ -140,6 +140,7 @@ class NodeComms(App):
         self.dropped: Counter[str] = Counter()
         self.passed: Counter[str] = Counter()
         self._fresh: dict[str, None] = {}
+        self._reports: Counter[str] = Counter()
         self._waiting: deque[tuple[str, str]] = deque()
         self._acks_seen: deque[str] = deque(maxlen=REMEMBERED_ACKS)
         self._shared_at: dict[str, float] = {}
@@ -203,31 +204,33 @@ class NodeComms(App):
             else:
                 self._pass_message(text)
         if self.settings.stale_time > 0.0:
-            for name in self.ledger.forget_older(FORGET_FACTOR * self.settings.stale_time, self.now):
+            for name in self.ledger.drop_older_than(FORGET_FACTOR * self.settings.stale_time, self.now):
                 self.rules.forget(name)
+                del self._reports[name]
                 self.event(f"{name} has been silent for long: forgotten")
 
     # --- reports -----------------------------------------------------------------------------
 
     def _take_report(self, message: Message) -> None:
         try:
-            report = NodeReport.parse(message.text)
-            self.ledger.update(report, self.now)
+            contact = self.ledger.receive(NodeReport.parse(message.text), self.now)
         except RecordError as error:
             self._drop("report", "malformed")
             self.run_warning(f"{message.name} from {clip(message.community, 20)}: {error.reason}")
             return
-        except Refused as error:
+        except ValueError as error:
             self._drop("report", "incomplete")
             self.run_warning(f"{message.name} from {clip(message.community, 20)}: {error}")
             return
-        self._fresh[report.name] = None
+        self._fresh[contact.name] = None
+        self._reports[contact.name] += 1
 
     def _spread(self, name: str, contact: Contact) -> None:
         now = self.now
         passes = self.rules.report_passes
         text = ""
-        for other, receiver in self.ledger.items():
+        for receiver in self.ledger:
+            other = receiver.name
             if other == name:
                 continue
             reason = passes(name, contact, other, receiver, now)
@@ -235,7 +238,7 @@ class NodeComms(App):
                 self.dropped["report: " + reason] += 1
                 continue
             if not text:
-                text = contact.report.to_text()
+                text = self.ledger.complete(contact).to_text()
             self.notify(f"NODE_REPORT_{other.upper()}", text)
             self.passed["report"] += 1
             if self._report_pulses:
@@ -244,7 +247,7 @@ class NodeComms(App):
             due = self._shared_at.get(name, -inf) + self._sharing * self.clock.warp
             if now >= due:
                 self._shared_at[name] = now
-                self.notify("NODE_REPORT_UNC", text or contact.report.to_text())
+                self.notify("NODE_REPORT_UNC", text or self.ledger.complete(contact).to_text())
 
     # --- messages ----------------------------------------------------------------------------
 
@@ -279,7 +282,7 @@ class NodeComms(App):
                 self._pulse(source, sender, name, receiver, color, "msg")
 
     def _targets(self, message: NodeMessage) -> list[str]:
-        names = [name for name in self.ledger if name != message.src_node]
+        names = [name for name in self.ledger.names() if name != message.src_node]
         if message.is_for_all():
             return names
         wanted = {name.lower() for name in message.destinations()}
@@ -327,17 +330,12 @@ class NodeComms(App):
         duration = self.config.pulse_duration
         if duration <= 0.0:
             return
-        one, other = sender.report, receiver.report
-        assert one.x is not None
-        assert one.y is not None
-        assert other.x is not None
-        assert other.y is not None
-        length = hypot(other.x - one.x, other.y - one.y)
+        length = hypot(receiver.x - sender.x, receiver.y - sender.y)
         pulse = CommsPulse(
-            sx=one.x,
-            sy=one.y,
-            tx=other.x,
-            ty=other.y,
+            sx=sender.x,
+            sy=sender.y,
+            tx=receiver.x,
+            ty=receiver.y,
             beam_width=max(5.0, 0.1 * length),
             fill=0.6 if kind else None,
             pulse_type=kind,
@@ -388,11 +386,10 @@ class NodeComms(App):
         yield f"Range: {reach}, always within {num(settings.critical_range)} m"
         yield f"Drops: {num(settings.drop_percentage)} %, groups: {settings.groups}/{settings.msg_groups}"
         yield "Vessel        reports  age (s)       x       y  group"
-        for name, contact in sorted(self.ledger.items()):
-            own = contact.report
+        for contact in self.ledger:
             yield (
-                f"  {name:<12} {contact.reports:>6} {contact.age(self.now):>8.1f} {own.x or 0.0:>7.1f} "
-                f"{own.y or 0.0:>7.1f}  {own.group}"
+                f"  {contact.name:<12} {self._reports[contact.name]:>6} {contact.age(self.now):>8.1f} "
+                f"{contact.x:>7.1f} {contact.y:>7.1f}  {contact.report.group}"
             )
         yield "Passed on: " + (", ".join(f"{n} {what}s" for what, n in self.passed.items()) or "nothing")
         yield "Not passed on:"

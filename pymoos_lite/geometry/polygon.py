@@ -123,7 +123,7 @@ class Polygon(SegList):
         return side != 0.0 and abs(abs(turned) - 2.0 * math.pi) < 1.0
 
     @cached_property
-    def _half_planes(self) -> tuple[tuple[float, float, float], ...]:
+    def half_planes(self) -> tuple[tuple[float, float, float], ...]:
         """(nx, ny, c) per edge of a convex polygon: n.p - c is the distance of p outside of that edge."""
         outward = 1.0 if self.signed_area > 0.0 else -1.0
         planes = []
@@ -138,7 +138,7 @@ class Polygon(SegList):
         if not self.is_convex:
             return False
         slack = TOLERANCE * self.size
-        return all(nx * x + ny * y - c <= slack for nx, ny, c in self._half_planes)
+        return all(nx * x + ny * y - c <= slack for nx, ny, c in self.half_planes)
 
     def contains_shape(self, other: SegList) -> bool:
         """True when every vertex of the other shape is contained (and it has any)."""

@@ -91,22 +91,30 @@ def read_mission(path: Path, settings: Mapping[str, str]) -> MissionFile:
     Raises:
         MissionError: the file cannot be read, or a setting matches nothing in it.
     """
-    try:
-        text = path.read_text(encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise MissionError(f"{path}: {error.strerror or error}") from None
-    shown = _shown(path)
-    mission = parse_mission(text, shown, dict(os.environ))
-    mission, unmatched = override(mission, settings)
+    mission, unmatched = override(parse_mission_file(path), settings)
     if unmatched:
         keys = [line.key for block in mission.blocks for line in block.lines]
         keys += [line.key for line in mission.globals]
         hint = did_you_mean(unmatched[0].rpartition(".")[2], keys)
-        raise MissionError(f"--set {unmatched[0]}: {shown} has no line of that name{hint}")
-    return replace(mission, file=shown)
+        raise MissionError(f"--set {unmatched[0]}: {mission.file} has no line of that name{hint}")
+    return mission
 
 
-def _shown(path: Path) -> str:
+def parse_mission_file(path: Path) -> MissionFile:
+    """Read a `.moos` file as it is.
+
+    Raises:
+        MissionError: it cannot be opened.
+    """
+    try:
+        text = path.read_text(encoding="utf-8", errors="replace")
+    except OSError as error:
+        raise MissionError(f"{path}: {error.strerror or error}") from None
+    shown = shown_path(path)
+    return replace(parse_mission(text, shown, dict(os.environ)), file=shown)
+
+
+def shown_path(path: Path) -> str:
     """The path as a person in this folder would type it."""
     try:
         return str(path.resolve().relative_to(Path.cwd()))

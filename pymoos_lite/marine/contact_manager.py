@@ -12,10 +12,10 @@ from pymoos_lite.geometry.attributes import Attributes
 from pymoos_lite.geometry.shapes import Circle
 from pymoos_lite.marine.contact_alerts import apply_request, flag_post
 from pymoos_lite.marine.contact_filter import FILTER_KEYS, ContactFilter
-from pymoos_lite.marine.contact_ledger import parse_decay
 from pymoos_lite.marine.contact_manager_core import ContactManagerCore, ContactManagerParameters
 from pymoos_lite.marine.datum import mission_geodesy
 from pymoos_lite.marine.mail_values import Handler, dispatch, on_number, on_text, on_truth
+from pymoos_lite.records.contact_ledger import parse_decay
 from pymoos_lite.records.csp import clip, parse_flag, parse_number
 from pymoos_lite.records.view import circle_text
 

@@ -14,8 +14,8 @@ from pymoos_lite.geometry.angles import angle360, bearing
 from pymoos_lite.geometry.geodesy import Geodesy
 from pymoos_lite.marine.contact_alerts import Alert, apply_request, flag_post
 from pymoos_lite.marine.contact_filter import ContactFilter
-from pymoos_lite.marine.contact_ledger import Contact, ContactLedger, Extrapolation, ExtrapolationMode
 from pymoos_lite.marine.contact_requests import RangeRequests
+from pymoos_lite.records.contact_ledger import Contact, ContactLedger, Extrapolation, ExtrapolationMode
 from pymoos_lite.records.csp import fix, num
 from pymoos_lite.records.node_report import NodeReport
 

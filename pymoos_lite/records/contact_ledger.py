@@ -1,232 +1,258 @@
-"""The contact ledger: what is known of every vessel that reports (marine_apps.md 4).
+"""Who is out there: the latest report of every other vessel, and where it should be by now (marine_apps.md 4).
 
-Contact manager, node comms, referees and viewers share its rules: which reports count, what is filled
-in, how old a contact is. No clock and no mail: reports and mission time (seconds) come in as arguments.
+Shared by the contact manager, node comms, viewers and referees. The ledger refuses reports that cannot be used
+and says why; whoever feeds it decides what to make of that. Metres, m/s, degrees; times in seconds.
 """
 
 from __future__ import annotations
 
+import math
+from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from enum import Enum
 
 from pymoos_lite.geometry.angles import bearing, unit_vector
 from pymoos_lite.geometry.geodesy import Geodesy, GeodesyError
-from pymoos_lite.geometry.text import parse_number
-from pymoos_lite.records.csp import fields
+from pymoos_lite.records.csp import fields, parse_number
 from pymoos_lite.records.node_report import NodeReport
 
-_TYPE_NAMES = (
-    "auv kayak uuv usv glider asv ship mokai longship buoy heron swimmer cray bcray crayx bcrayx "
-    "wamv smr smrx skyw skywalker quad quadcopter"
+KNOWN_TYPES = frozenset(
+    {"auv", "kayak", "uuv", "usv", "glider", "asv", "ship", "mokai", "longship", "buoy", "heron", "swimmer"}
+    | {"cray", "bcray", "crayx", "bcrayx", "wamv", "smr", "smrx", "skyw", "skywalker", "quad", "quadcopter"}
 )
-VESSEL_TYPES = frozenset(_TYPE_NAMES.split())
-_DIVERS = ("auv", "glider")
 _LENGTHS = {
-    "auv": 3.0,
-    "heron": 3.0,
-    "kayak": 3.0,
+    **dict.fromkeys(("auv", "kayak", "heron"), 3.0),
     "glider": 2.0,
-    "cray": 1.5,
-    "bcray": 1.5,
-    "crayx": 1.5,
-    "bcrayx": 1.5,
+    **dict.fromkeys(("cray", "bcray", "crayx", "bcrayx"), 1.5),
     "ship": 12.0,
     "longship": 15.0,
-    "wamv": 6.0,
-    "smr": 6.0,
+    **dict.fromkeys(("wamv", "smr"), 6.0),
 }
-MAX_CONTACTS = 2000
-_BACKWARDS = 0.1
+_NEEDS_DEPTH = frozenset({"auv", "glider"})
+_FARTHEST = 1e8  # m; more than any ocean, and far from where arithmetic overflows
+_FASTEST = 1e5  # m/s
+_BACKWARD = 0.1  # s that a report may be ahead of now and still be extrapolated
 
 
-class Refused(ValueError):
-    """A report that the ledger does not take; the text is the reason."""
+class ExtrapolationMode(Enum):
+    """Which direction an extrapolated contact moves in."""
 
-
-@dataclass(slots=True)
-class Contact:
-    """One vessel: its last report, completed, and when it came (mission seconds).
-
-    The report has x, y, cog, type and length; lat and lon too if the ledger knows the datum.
-    """
-
-    report: NodeReport
-    received: float
-    reports: int = 1
-
-    def age(self, now: float) -> float:
-        """Seconds since the last report came."""
-        return now - self.received
-
-
-class ContactLedger:
-    """A table of contacts by name, bounded in size."""
-
-    def __init__(self, geodesy: Geodesy | None) -> None:
-        self._geodesy = geodesy
-        self._contacts: dict[str, Contact] = {}
-
-    def __len__(self) -> int:
-        return len(self._contacts)
-
-    def __contains__(self, name: str) -> bool:
-        return name in self._contacts
-
-    def __iter__(self) -> Iterator[str]:
-        """Names, in order of first mention."""
-        return iter(self._contacts)
-
-    def get(self, name: str) -> Contact | None:
-        return self._contacts.get(name)
-
-    def items(self) -> Iterator[tuple[str, Contact]]:
-        return iter(self._contacts.items())
-
-    def update(self, report: NodeReport, now: float) -> Contact:
-        """Take in a report.
-
-        Raises:
-            Refused: it lacks a name, a time or a position, is a diver without depth, or one too many.
-        """
-        name = report.name
-        former = self._contacts.get(name)
-        completed = self._complete(report, former)
-        if former is None:
-            if len(self._contacts) >= MAX_CONTACTS:
-                raise Refused(f"more than {MAX_CONTACTS} contacts")
-            former = self._contacts[name] = Contact(completed, now)
-        else:
-            former.report = completed
-            former.received = now
-            former.reports += 1
-        return former
-
-    def forget(self, name: str) -> None:
-        """Drop a contact; an unknown name does nothing."""
-        self._contacts.pop(name, None)
-
-    def forget_older(self, age: float, now: float) -> list[str]:
-        """Drop contacts that have not reported for `age` seconds; their names."""
-        gone = [name for name, contact in self._contacts.items() if now - contact.received > age]
-        for name in gone:
-            del self._contacts[name]
-        return gone
-
-    def _complete(self, report: NodeReport, former: Contact | None) -> NodeReport:
-        if not report.name:
-            raise Refused("Missing vname.")
-        if report.time is None:
-            raise Refused("Missing timestamp.")
-        has_xy, has_latlon = report.has_xy(), report.has_latlon()
-        if not has_xy and not has_latlon:
-            raise Refused("Missing both x/y and lat/lon.")
-        kind = _vessel_type(report)
-        more: dict[str, object] = {"type": kind}
-        x, y = report.x, report.y
-        geodesy = self._geodesy
-        try:
-            if not has_xy:
-                if geodesy is None:
-                    raise Refused("lat/lon only, and this mission has no datum")
-                assert report.lat is not None
-                assert report.lon is not None
-                x, y = geodesy.to_local(report.lat, report.lon)
-                more["x"], more["y"] = x, y
-            elif not has_latlon and geodesy is not None:
-                assert x is not None
-                assert y is not None
-                more["lat"], more["lon"] = geodesy.to_latlon(x, y)
-        except GeodesyError as error:
-            raise Refused(f"position: {error}") from None
-        if not report.length:
-            more["length"] = _LENGTHS.get(kind, 0.0)
-        if report.cog is None:
-            more["cog"] = _course(report, former, x, y)
-        # A copy by its dictionary: many reports a second for every vessel of a fleet.
-        completed = NodeReport.__new__(NodeReport)
-        completed.__dict__.update(report.__dict__)
-        completed.__dict__.update(more)
-        return completed
-
-
-def _vessel_type(report: NodeReport) -> str:
-    kind = report.type.lower()
-    kind = "auv" if kind == "uuv" else kind if kind in VESSEL_TYPES else "ship"
-    if kind in _DIVERS and report.depth is None:
-        raise Refused(f"{kind} without a depth")
-    return kind
-
-
-def _course(report: NodeReport, former: Contact | None, x: float | None, y: float | None) -> float:
-    """Course over ground: from the previous position if it moved, else the heading."""
-    if former is not None and x is not None and y is not None:
-        old = former.report
-        if old.x is not None and old.y is not None and (old.x != x or old.y != y):
-            return bearing(old.x, old.y, x, y)
-        if old.cog is not None:
-            return old.cog
-    return report.heading or 0.0
+    OFF = "off"
+    HEADING = "hdg"
+    COURSE = "cog"
 
 
 @dataclass(frozen=True, slots=True)
 class Extrapolation:
-    """How a contact is thought to have moved on since its report.
+    """How a contact is moved on between reports.
 
-    `mode` is off, hdg or cog; linear motion, slowing down between `decay_start` and `decay_end`
-    seconds (both 0: no slowing down).
+    It runs at its reported speed for `decay_start` seconds, then slower and slower, and rests from
+    `decay_end` on; without decay it runs for ever. Contacts slower than `thresh` m/s are left where they are.
     """
 
-    mode: str = "off"
-    decay_start: float = 0.0
-    decay_end: float = 0.0
+    mode: ExtrapolationMode = ExtrapolationMode.OFF
+    thresh: float = 0.0
+    decay_start: float = math.inf
+    decay_end: float = math.inf
 
-    @classmethod
-    def parse(cls, text: str) -> Extrapolation:
-        """``mode=hdg,decay=10:15`` or ``decay=off``; other keys are the viewer's.
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.decay_start <= self.decay_end:
+            raise ValueError("decay needs 0 <= start <= end, in seconds")
 
-        Raises:
-            ValueError: unknown mode or a decay that is no range.
-        """
-        mode, start, end = "off", 0.0, 0.0
-        for key, value in fields(text):
-            if key.lower() == "mode":
-                mode = value.lower()
-                if mode not in ("off", "hdg", "cog"):
-                    raise ValueError(f"mode={value}: expected off, hdg or cog")
-            elif key.lower() == "decay" and value.lower() != "off":
-                low, colon, high = value.partition(":")
-                first, last = parse_number(low), parse_number(high)
-                if not colon or first is None or last is None or not 0.0 <= first <= last:
-                    raise ValueError(f"decay={value}: expected off or two ages in seconds, as 10:15")
-                start, end = first, last
-        return cls(mode, start, end)
-
-    def position(self, report: NodeReport, now: float) -> tuple[float, float]:
-        """Where the vessel is by now; where it was, if time seems to run backwards.
-
-        Raises:
-            ValueError: the report has no x, y.
-        """
-        x, y = report.x, report.y
-        if x is None or y is None:
-            raise ValueError("the report has no x, y")
-        course = report.cog if self.mode == "cog" else report.heading
-        speed = report.speed
-        if self.mode == "off" or course is None or speed is None or report.time is None:
-            return x, y
-        age = now - report.time
-        if age < -_BACKWARDS:
-            return x, y
-        east, north = unit_vector(course)
-        distance = speed * self._effective(max(0.0, age))
-        return x + east * distance, y + north * distance
-
-    def _effective(self, age: float) -> float:
-        """The seconds at full speed that give the distance covered in `age` seconds."""
+    def distance(self, speed: float, elapsed: float) -> float:
+        """Metres run at `speed` in `elapsed` seconds."""
         start, end = self.decay_start, self.decay_end
-        if age <= start or end <= 0.0:
-            return age
-        if end <= start:
-            return start
-        part = min(age, end) - start
-        return start + part - part * part / (2.0 * (end - start))
+        if elapsed <= start:
+            return speed * elapsed
+        span = end - start
+        if span <= 0.0:
+            return speed * start
+        slowing = min(elapsed - start, span)
+        return speed * (start + slowing - slowing * slowing / (2.0 * span))
+
+
+def parse_extrapolation(text: str) -> Extrapolation:
+    """`mode=hdg|cog|off, thresh=0.1, decay=10:15|off`; raises ValueError for anything else."""
+    mode, thresh = ExtrapolationMode.OFF, 0.0
+    start = end = math.inf
+    for key, value in fields(text):
+        word = key.lower()
+        if word == "mode":
+            mode = ExtrapolationMode(value.lower())
+        elif word == "thresh" and (number := parse_number(value)) is not None and number >= 0.0:
+            thresh = number
+        elif word == "decay" and value.lower() == "off":
+            start = end = math.inf
+        elif word == "decay":
+            start, end = parse_decay(value, ":")
+        else:
+            raise ValueError(f"'{key}={value}': expected mode=hdg|cog|off, thresh=m/s, decay=start:end|off")
+    return Extrapolation(mode, thresh, start, end)
+
+
+def parse_decay(text: str, separator: str = ",") -> tuple[float, float]:
+    """`start,end` in seconds; raises ValueError unless 0 <= start <= end."""
+    numbers = [parse_number(part) for part in text.split(separator)]
+    if len(numbers) != 2 or numbers[0] is None or numbers[1] is None or not 0.0 <= numbers[0] <= numbers[1]:
+        raise ValueError(f"expected start{separator}end in seconds, the start not after the end")
+    return numbers[0], numbers[1]
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """One vessel as last heard.
+
+    `report` is what it said; beside it stand the values to use: a local position, a known type, a length (None
+    where nobody knows), a course over ground. `heard_at` is the local time of receipt, `time` the report's stamp.
+    """
+
+    name: str
+    report: NodeReport
+    x: float
+    y: float
+    speed: float
+    heading: float
+    cog: float
+    time: float
+    heard_at: float
+    type: str
+    length: float | None
+
+    def age(self, now: float) -> float:
+        """Seconds since the report was received."""
+        return now - self.heard_at
+
+    def position(self, now: float, policy: Extrapolation) -> tuple[float, float]:
+        """Where the contact should be at `now`."""
+        elapsed = now - self.time
+        if policy.mode is ExtrapolationMode.OFF or elapsed < -_BACKWARD or abs(self.speed) < policy.thresh:
+            return self.x, self.y
+        run = policy.distance(self.speed, max(0.0, elapsed))
+        east, north = unit_vector(self.heading if policy.mode is ExtrapolationMode.HEADING else self.cog)
+        return self.x + run * east, self.y + run * north
+
+
+class ContactLedger:
+    """Contacts by name, at most `capacity` of them; when full, the one not heard for longest goes.
+
+    `history` is how many past positions are kept per contact (0 for none).
+    """
+
+    def __init__(self, geodesy: Geodesy | None, history: int = 0, capacity: int = 2000) -> None:
+        self._geodesy = geodesy
+        self._contacts: dict[str, Contact] = {}
+        self._trails: dict[str, deque[tuple[float, float]]] = {}
+        self._history = history
+        self._capacity = capacity
+
+    def __len__(self) -> int:
+        return len(self._contacts)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._contacts
+
+    def __iter__(self) -> Iterator[Contact]:
+        """Contacts by name, so that equal runs are equal."""
+        return iter([self._contacts[name] for name in sorted(self._contacts)])
+
+    def get(self, name: str) -> Contact | None:
+        """The contact of exactly that name."""
+        return self._contacts.get(name)
+
+    def names(self) -> list[str]:
+        """All names, sorted."""
+        return sorted(self._contacts)
+
+    def trail(self, name: str) -> list[tuple[float, float]]:
+        """Past positions of a contact, oldest first."""
+        return list(self._trails.get(name, ()))
+
+    def receive(self, report: NodeReport, now: float) -> Contact:
+        """Take a report; returns the contact it makes.
+
+        Raises:
+            ValueError: it cannot be used; the text is one line saying why.
+        """
+        contact = self.examine(report, now)
+        name = contact.name
+        if name not in self._contacts and len(self._contacts) >= self._capacity:
+            oldest = min(self._contacts.values(), key=lambda each: (each.heard_at, each.name))
+            self.drop(oldest.name)
+        self._contacts[name] = contact
+        if self._history:
+            self._trails.setdefault(name, deque(maxlen=self._history)).append((contact.x, contact.y))
+        return contact
+
+    def examine(self, report: NodeReport, now: float) -> Contact:
+        """The contact that `receive` would make of a report, without taking it in; raises ValueError likewise."""
+        name = report.name
+        if not name:
+            raise ValueError("Missing vname.")
+        if report.time is None:
+            raise ValueError("Missing timestamp.")
+        x, y = self._local_position(report)
+        speed, heading = report.speed or 0.0, report.heading or 0.0
+        if not (abs(x) <= _FARTHEST and abs(y) <= _FARTHEST and abs(speed) <= _FASTEST):
+            raise ValueError("Position or speed is beyond belief.")
+        kind = _known_type(report.type)
+        if kind in _NEEDS_DEPTH and report.depth is None:
+            raise ValueError(f"Missing depth of type {kind}.")
+        cog = report.cog
+        if cog is None:
+            before = self._contacts.get(name)
+            moved = before is not None and (before.x, before.y) != (x, y)
+            cog = bearing(before.x, before.y, x, y) if before is not None and moved else heading
+        length = report.length or _LENGTHS.get(kind)
+        return Contact(name, report, x, y, speed, heading, cog, report.time, now, kind, length)
+
+    def complete(self, contact: Contact) -> NodeReport:
+        """The contact's report with everything filled in that the ledger knows: what others are told of it."""
+        report = contact.report
+        lat, lon = report.lat, report.lon
+        if (lat is None or lon is None) and self._geodesy is not None:
+            try:
+                lat, lon = self._geodesy.to_latlon(contact.x, contact.y)
+            except GeodesyError:
+                lat = lon = None  # too far for the projection: the local position has to do
+        return replace(
+            report,
+            x=contact.x,
+            y=contact.y,
+            lat=lat,
+            lon=lon,
+            cog=contact.cog,
+            type=contact.type,
+            length=contact.length,
+        )
+
+    def drop(self, name: str) -> None:
+        """Forget a contact; an unknown name is no error."""
+        self._contacts.pop(name, None)
+        self._trails.pop(name, None)
+
+    def drop_older_than(self, age: float, now: float) -> list[str]:
+        """Forget contacts not heard for more than `age` seconds; returns their names, sorted."""
+        stale = sorted(name for name, contact in self._contacts.items() if contact.age(now) > age)
+        for name in stale:
+            self.drop(name)
+        return stale
+
+    def _local_position(self, report: NodeReport) -> tuple[float, float]:
+        if report.x is not None and report.y is not None:
+            return report.x, report.y
+        if report.lat is None or report.lon is None:
+            raise ValueError("Missing both x/y and lat/lon.")
+        if self._geodesy is None:
+            raise ValueError("Missing x/y, and there is no datum to compute them from lat/lon.")
+        try:
+            return self._geodesy.to_local(report.lat, report.lon)
+        except GeodesyError as error:
+            raise ValueError(str(error)) from None
+
+
+def _known_type(kind: str) -> str:
+    word = kind.strip().lower()
+    if word == "uuv":
+        return "auv"
+    return word if word in KNOWN_TYPES else "ship"

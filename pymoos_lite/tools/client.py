@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pymoos_lite.hosts.mission import MissionError, find_mission, read_mission
+from pymoos_lite.hosts.mission import MissionError, find_mission, read_mission, shipped_missions
 
 if TYPE_CHECKING:
     from pymoos_lite.hosts.ports import RemoteClient
@@ -73,5 +73,5 @@ def connect(args: argparse.Namespace, program: str) -> RemoteClient:
 
 
 def mission_like(text: str) -> bool:
-    """Whether a word on the command line names a mission file rather than a variable."""
-    return text.endswith((".moos", ".moos++")) or Path(text).is_file()
+    """Whether a word on the command line names a mission (file or shipped) rather than a variable."""
+    return text.endswith((".moos", ".moos++")) or Path(text).is_file() or text in shipped_missions()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import signal
 import sys
+import threading
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -29,6 +30,10 @@ if TYPE_CHECKING:
 
 REFRESH = 0.25
 """Wall seconds between two looks at the display."""
+
+PATIENCE = 2.0
+FIRST_START = "the first start compiles the numerics, which takes a while; later ones do not"
+"""Said when the apps have not started within `PATIENCE` wall seconds."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -123,8 +128,12 @@ def _fly(
     began = host.clock.now()
     screen.open(f"{plan.community}: database on {host.address[0]} port {host.address[1]}, warp {plan.warp:g}")
     status = 0
+    patience = threading.Timer(PATIENCE, screen.say, [FIRST_START])
     try:
+        patience.start()
         host.start_apps()
+        patience.cancel()
+        screen.begin()
         while not stop.asked:
             host.turn(REFRESH)
             wall, now = time.monotonic(), host.clock.now()
@@ -151,6 +160,7 @@ def _fly(
     except KeyboardInterrupt:
         pass
     finally:
+        patience.cancel()
         stop.restore()
         watch.close()
         host.close()
@@ -173,10 +183,19 @@ class _Screen:
     def open(self, headline: str) -> None:
         if not self._quiet:
             print(headline, flush=True)
+
+    def begin(self) -> None:
+        """All apps are started: from now on the mission is shown."""
+        if not self._quiet:
             self._display = self._make(self._plain)
 
+    def say(self, text: str) -> None:
+        """Something to know at once, while nothing is displayed yet."""
+        if not self._quiet:
+            print(text, flush=True)
+
     def tell(self, text: str) -> None:
-        """A failure or restart of an app; kept until the panel is gone, so that it is not painted over."""
+        """A failure or restart of an app, told with the next look at the display."""
         self._failures.append(text)
 
     def show(self, view: object, warp: float) -> None:

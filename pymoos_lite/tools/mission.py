@@ -31,6 +31,9 @@ class EndCondition:
         self._condition = condition
         self.variables = condition.variables()
 
+    def __str__(self) -> str:
+        return str(self._condition)
+
     def holds(self, values: Mapping[str, Value]) -> bool:
         """Whether the mission is over, given the last value of each variable."""
 

@@ -7,7 +7,7 @@ import sys
 
 from pymoos_lite.core.message import Message
 from pymoos_lite.hosts.mission import MissionError
-from pymoos_lite.tools.client import UnreachableError, add_client_arguments, connect, mission_like
+from pymoos_lite.tools.client import UnreachableError, add_client_arguments, connect
 from pymoos_lite.tools.values import typed_value
 
 
@@ -17,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         metavar="VAR=VALUE",
         help="VAR=VALUE posts a number if VALUE is one, else text; VAR:=VALUE always posts text. "
-        "A mission file may stand among them.",
+        "A mission (file or name) may stand among them: its port is used then.",
     )
     parser.add_argument("-q", "--quiet", action="store_true", help="do not print what was posted")
     add_client_arguments(parser)
@@ -28,13 +28,13 @@ def run(args: argparse.Namespace) -> int:
 
     pokes = []
     for word in args.words:
-        if mission_like(word) and "=" not in word:
+        if "=" not in word:
             args.mission = word
             continue
-        name, equals, value = word.partition("=")
+        name, _, value = word.partition("=")
         forced = name.endswith(":")
         name = name.rstrip(":").strip()
-        if not equals or not name:
+        if not name:
             print(f"pymoos poke: '{word}': expected VAR=VALUE or VAR:=VALUE", file=sys.stderr)
             return 2
         pokes.append((name, value if forced else typed_value(value)))

@@ -78,6 +78,10 @@ def run(args: argparse.Namespace) -> int:
         f"{plan.community}: {host.elapsed:.0f} mission seconds in {took:.2f} s "
         f"({host.elapsed / max(took, 1e-9):.0f} times real time)"
     )
+    if finished is not None and host.elapsed < args.duration - 1.0 and not host.failures:
+        print(f"{plan.community}: ended because {finished} holds")
+    if any(app.program == "pLogger" for app in plan.apps):
+        print(f"{plan.community}: logs in {args.log_dir}")
     return 1 if host.failures else 0
 
 

@@ -1,25 +1,14 @@
 """A small mission with apps of its own, and hosts that are always closed."""
 
-import os
 import textwrap
 import time
-from pathlib import Path
 
 import pytest
 
-import pymoos_lite
 from pymoos_lite.hosts.mission import load_plan
 from pymoos_lite.hosts.ports import RemoteClient
 from pymoos_lite.hosts.processes import ProcessHost
 from pymoos_lite.hosts.realtime import HostOptions
-
-
-@pytest.fixture(autouse=True)
-def same_code_in_child_processes(monkeypatch):
-    """Processes started in another folder run the code under test, installed or not."""
-    root = str(Path(pymoos_lite.__file__).parents[1])
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])]))
-
 
 PLUGINS = """
     from pymoos_lite.app import App

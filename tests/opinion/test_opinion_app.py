@@ -128,7 +128,8 @@ def test_the_envelope_has_the_fields_in_the_known_order(tmp_path):
     fleet.run(3)
     text = fleet.values("abe", "OWN_OPINION_STATE")[-1]
     assert fleet.values("abe", "NODE_MESSAGE_LOCAL")[-1] == (
-        "src_node=abe,dest_node=all,src_app=OpinionManager,var_name=OPINION_MESSAGE,color=off,string_val=" + text
+        "src_node=abe,dest_node=all,src_app=OpinionManager,var_name=OPINION_MESSAGE,color=off,string_val="
+        + text
     )
     grouped = Fleet(tmp_path, ["abe"], node_message_dest_group="red", node_message_color="green")
     grouped.post("abe", "DEPLOY", "true")
@@ -168,7 +169,9 @@ def test_bad_mail_is_a_run_warning_and_changes_nothing(tmp_path):
     fleet.post("abe", "DEPLOY", "true")
     fleet.run(1)
     mail = [("EXPLORE_INPUT", v) for v in ("north", float("nan"), b"\x00")]
-    mail += [("OPINION_MESSAGE", v) for v in ("nonsense", 3.0, b"1234567")] + [("PROPOSAL_MESSAGE", "anything")]
+    mail += [("OPINION_MESSAGE", v) for v in ("nonsense", 3.0, b"1234567")] + [
+        ("PROPOSAL_MESSAGE", "anything")
+    ]
     app.on_mail([Message(name, value, app.now, "x", "", "ben") for name, value in mail])
     fleet.run(5)
     assert app.engine.inputs == (0.0, 0.0, 0.0)

@@ -36,8 +36,20 @@ def fleet(conditions=(), gain=40.0):
 
     return OptionSet(
         (
-            option("exploit", conditions, beta=others("exploit", -0.01), gamma=-0.05, delta=others("exploit", 0.01)),
-            option("explore", conditions, beta=others("explore", -0.01), gamma=-0.05, delta=others("explore", 0.01)),
+            option(
+                "exploit",
+                conditions,
+                beta=others("exploit", -0.01),
+                gamma=-0.05,
+                delta=others("exploit", 0.01),
+            ),
+            option(
+                "explore",
+                conditions,
+                beta=others("explore", -0.01),
+                gamma=-0.05,
+                delta=others("explore", 0.01),
+            ),
             option("migrate", conditions, alpha=1.0, gamma=8.0, input_gain=gain),
         )
     )
@@ -47,7 +59,9 @@ MISSION_ATTENTION = Attention(tau_u=4.0, u_min=0.5, u_max=2.0, y_th=2000.0, n=2.
 
 
 def engine(options=None, **values):
-    return OpinionEngine("abe", options or fleet(), EngineSettings(attention=MISSION_ATTENTION, **values), 0.0)
+    return OpinionEngine(
+        "abe", options or fleet(), EngineSettings(attention=MISSION_ATTENTION, **values), 0.0
+    )
 
 
 @pytest.mark.parametrize("case", STEPS, ids=lambda c: c["id"])
@@ -121,7 +135,9 @@ def paper_oracle(options, attention, z, u, heard, square, b, dt, steps=4000):
 )
 def test_the_paper_variant_integrates_accurately(said, raw, dt):
     options = fleet()
-    agent = OpinionEngine("abe", options, EngineSettings(attention=MISSION_ATTENTION, social_tick=4.0, max_dt=5.0), 0.0)
+    agent = OpinionEngine(
+        "abe", options, EngineSettings(attention=MISSION_ATTENTION, social_tick=4.0, max_dt=5.0), 0.0
+    )
     names = options.names
     for name, value in zip(names, raw, strict=True):
         agent.take(f"{name.upper()}_INPUT", value)
@@ -137,7 +153,9 @@ def test_the_paper_variant_integrates_accurately(said, raw, dt):
 
 def test_the_result_does_not_depend_on_how_often_it_is_updated():
     coarse, fine = (
-        OpinionEngine("abe", fleet(), EngineSettings(attention=MISSION_ATTENTION, social_tick=s, stale=100.0), 0.0)
+        OpinionEngine(
+            "abe", fleet(), EngineSettings(attention=MISSION_ATTENTION, social_tick=s, stale=100.0), 0.0
+        )
         for s in (0.5, 50.0)
     )
     for agent in (coarse, fine):
@@ -274,7 +292,13 @@ def test_one_s_own_and_outdated_messages_are_ignored():
 
 def test_lists_hold_fresh_neighbours_by_dominant_option():
     agent = engine()
-    for text in ("ben:g:explore=1", "cal:g:exploit=3:explore=-3", "deb:g:migrate=0.05", "eve:g", "fin:g:other=9"):
+    for text in (
+        "ben:g:explore=1",
+        "cal:g:exploit=3:explore=-3",
+        "deb:g:migrate=0.05",
+        "eve:g",
+        "fin:g:other=9",
+    ):
         assert agent.receive(text, 0.0)
     agent.receive("gil:g:explore=2", 0.5)
     assert agent.list_changes(1.0) == (
@@ -353,7 +377,9 @@ message_texts = st.one_of(
 events = st.lists(
     st.one_of(
         st.tuples(st.just("message"), message_texts, st.floats(-5, 5)),
-        st.tuples(st.just("input"), st.sampled_from(["EXPLORE_INPUT", "MIGRATE_INPUT"]), st.floats(-200, 200)),
+        st.tuples(
+            st.just("input"), st.sampled_from(["EXPLORE_INPUT", "MIGRATE_INPUT"]), st.floats(-200, 200)
+        ),
         st.tuples(st.just("condition"), st.sampled_from(["true", "false"]), st.none()),
         st.tuples(st.just("reset"), st.none(), st.none()),
         st.tuples(st.just("step"), st.floats(0.0, 10.0), st.none()),
@@ -389,7 +415,9 @@ def test_no_stream_of_messages_breaks_the_engine(model, script):
         if model == "paper":
             assert abs(z.sum()) <= 1e-12 * 3 * max(1.0, np.abs(z).max())
             assert agent.active[2] or z[2] == 0.0
-            assert np.abs(z).max() <= (40.0 + 2.0 * 3) / 0.25  # inputs and saturated couplings bound the opinions
+            assert (
+                np.abs(z).max() <= (40.0 + 2.0 * 3) / 0.25
+            )  # inputs and saturated couplings bound the opinions
 
 
 @given(st.permutations(range(6)))
@@ -405,8 +433,15 @@ def test_the_order_of_arrival_of_timed_messages_does_not_matter(order):
 
 @pytest.mark.parametrize(
     "values",
-    [{"stale": 0.0}, {"opinion_thresh": -1.0}, {"max_dt": float("nan")}, {"model": "other"}, {"encoding": "i32"}]
-    + [{"group": "a:b"}, {"social_tick": 0.0}],
+    [
+        {"stale": 0.0},
+        {"opinion_thresh": -1.0},
+        {"max_dt": float("nan")},
+        {"model": "other"},
+        {"encoding": "i32"},
+        {"group": "a:b"},
+        {"social_tick": 0.0},
+    ],
 )
 def test_settings_out_of_range_are_refused(values):
     with pytest.raises(OpinionError):

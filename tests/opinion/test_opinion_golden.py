@@ -16,7 +16,9 @@ from opinion_engine.model import (
     weighted_decision,
 )
 
-CASES = [json.loads(p.read_text()) for p in sorted((Path(__file__).parents[1] / "data/opinion").glob("*.json"))]
+CASES = [
+    json.loads(p.read_text()) for p in sorted((Path(__file__).parents[1] / "data/opinion").glob("*.json"))
+]
 
 
 def cases(*kinds):
@@ -29,7 +31,9 @@ def network_of(case):
     if "A" in case:
         return OpinionNetwork(np.array(case["A"]), np.array(case["Abar"]), np.array(case["d"]))
     if "options" in case:
-        return OpinionNetwork.from_couplings(case["adjacency"], couplings_of(case), resistance=np.array(case["d"]))
+        return OpinionNetwork.from_couplings(
+            case["adjacency"], couplings_of(case), resistance=np.array(case["d"])
+        )
     return OpinionNetwork.homogeneous(
         case["adjacency"], case["N_o"], resistance=np.array(case["d"]), **case["homogeneous"]
     )
@@ -77,7 +81,9 @@ def test_attention_saturates_along_the_hill_curve(case):
 @cases("input_map")
 def test_raw_inputs_map_to_utilities(case):
     b = [
-        input_value(raw, case["input_min"], case["input_max"], case["input_gain"], case["input_function_type"])
+        input_value(
+            raw, case["input_min"], case["input_max"], case["input_gain"], case["input_function_type"]
+        )
         for raw in case["raw"]
     ]
     assert b == pytest.approx(case["expected"]["b"], abs=case["tolerance"])

@@ -28,8 +28,22 @@ def test_messages_of_the_reference_parse_to_their_records(row):
 
 @pytest.mark.parametrize(
     "text",
-    [*PARSE["reject"], "a:b::x=1", ":b:x=1", "a::x=1", "a:b:=1", "a:b:x=", "a:b:x=nan", "a:b:x=inf", "a:b:x=1e300"]
-    + ["a:b:x=1_0", "a:b:x=1 2", "a:b:x=٣", "a:b:" + "x=1:" * 100, "a:b:" + "x" * 20000 + "=1"],
+    [
+        *PARSE["reject"],
+        "a:b::x=1",
+        ":b:x=1",
+        "a::x=1",
+        "a:b:=1",
+        "a:b:x=",
+        "a:b:x=nan",
+        "a:b:x=inf",
+        "a:b:x=1e300",
+        "a:b:x=1_0",
+        "a:b:x=1 2",
+        "a:b:x=٣",
+        "a:b:" + "x=1:" * 100,
+        "a:b:" + "x" * 20000 + "=1",
+    ],
 )
 def test_anything_else_is_refused_whole(text):
     with pytest.raises(MessageError):
@@ -124,10 +138,9 @@ def test_no_payload_crashes_and_what_decodes_sums_to_zero(payload, n):
 def test_no_text_crashes_the_parser(text):
     try:
         message = messages.parse_text(text)
-    except MessageError as error:
-        assert "\n" not in str(error)
-    else:
-        assert all(math.isfinite(v) for v in message.opinions.values())
+    except MessageError:
+        return
+    assert all(math.isfinite(v) for v in message.opinions.values())
 
 
 def test_the_header_tells_two_option_sets_apart():

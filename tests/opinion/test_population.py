@@ -1,4 +1,4 @@
-"""Populations against the dense network, against boats with engines, and against themselves on other threads."""
+"""Populations against the dense network, boats with engines, and themselves on other threads."""
 
 import numba
 import numpy as np
@@ -103,8 +103,8 @@ def test_a_population_is_a_fleet_of_engines(method):
             heard, square = before[row].sum(axis=0), np.mean(before[row] ** 2, axis=1).sum()
             own = z[i].copy()
             u[i] = step(
-                own, u[i], 0.5, couplings.resistance, couplings.own, couplings.heard, heard, square, tail[0][i],
-                *tail[1:],
+                own, u[i], 0.5, couplings.resistance, couplings.own, couplings.heard, heard, square,
+                tail[0][i], *tail[1:],
             )  # fmt: skip
             z[i] = own
         population.step(0.5, method)
@@ -167,7 +167,7 @@ def test_renaming_the_agents_renames_the_result(seed):
 def test_the_zero_sum_does_not_drift():
     rng = np.random.default_rng(2)
     population = Population(graphs.ring(3), uniform(), attention=ATTENTION, z0=rng.normal(size=(3, 3)))
-    for k in range(20000):
+    for _ in range(20000):
         population.step(0.1, "euler")
     assert np.abs(population.z.sum(axis=1)).max() < 3e-12
 
@@ -178,7 +178,6 @@ def test_lost_messages_leave_the_last_one_in_force_until_it_is_stale():
     make = lambda **how: Population(  # noqa: E731
         graph, couplings, u0=1.0, z0=[[0, 0], [5, -5]], inputs=[[0, 0], [5, -5]], links=Links(**how), seed=1
     )
-    heard, deaf, late = make(), make(loss=1.0, stale=3), make(delay=(2, 2))
     heard, cut, never, late = make(), make(stale=3), make(loss=1.0), make(delay=(2, 2))
     first = [(p.step(0.1, "euler"), p.z[0, 0])[1] for p in (heard, cut, never, late)]
     assert first[0] == first[1] > 0.0
@@ -202,7 +201,9 @@ def test_losses_repeat_from_their_seed_and_differ_between_seeds():
     z0 = rng.normal(size=(50, 3))
 
     def end(seed):
-        p = Population(graph, uniform(), attention=ATTENTION, z0=z0, links=Links(loss=0.5, delay=(0, 3)), seed=seed)
+        p = Population(
+            graph, uniform(), attention=ATTENTION, z0=z0, links=Links(loss=0.5, delay=(0, 3)), seed=seed
+        )
         p.run(20, 0.5)
         return p.z.copy()
 
@@ -233,7 +234,9 @@ def test_run_records_shares_attention_and_the_agents_observed():
     b = np.zeros((100, 3))
     b[:, 1] = 1.0
     told = []
-    population = Population(graph, uniform(), attention=ATTENTION, inputs=b, z0=1e-3 * rng.normal(size=(100, 3)))
+    population = Population(
+        graph, uniform(), attention=ATTENTION, inputs=b, z0=1e-3 * rng.normal(size=(100, 3))
+    )
     result = population.run(
         40, 0.5, record_every=10, observe=[0, 7], progress=lambda done, total: told.append((done, total))
     )

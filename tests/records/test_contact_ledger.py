@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pymoos_lite.geometry.geodesy import Geodesy
-from pymoos_lite.marine.contact_ledger import (
+from pymoos_lite.records.contact_ledger import (
     ContactLedger,
     Extrapolation,
     ExtrapolationMode,
