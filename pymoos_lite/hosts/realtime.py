@@ -19,7 +19,7 @@ from pymoos_lite.core.database import Database
 from pymoos_lite.hosts.failures import Failure, describe_failure
 from pymoos_lite.hosts.local import LocalConnection
 from pymoos_lite.hosts.meter import ProcessMeter
-from pymoos_lite.hosts.plan import AppPlan, CommunityPlan
+from pymoos_lite.hosts.plan import AppPlan, CommunityPlan, warm_up
 from pymoos_lite.hosts.ports import LOOPBACK, DatabaseServer
 from pymoos_lite.hosts.udp import ANY, UdpNetwork, UdpPort
 
@@ -96,6 +96,10 @@ class RealtimeHost:
         return LocalConnection(self.database, name, self.clock)
 
     # --- apps --------------------------------------------------------------------------------
+
+    def prepare(self) -> None:
+        """Compile or load what apps need, before the mission's time begins."""
+        warm_up(self.plan)
 
     def start_apps(self) -> None:
         """Start every app of the plan in this process."""
