@@ -20,6 +20,7 @@ from ivp_helm.authority import Authority
 from ivp_helm.behavior_file import BehaviorFile
 from ivp_helm.build import Finder
 from ivp_helm.contacts import HelmContacts
+from ivp_helm.function_posts import post_functions, post_reasons
 from ivp_helm.inbox import FIXED_VARIABLES, Inbox
 from ivp_helm.info_buffer import InfoBuffer
 from ivp_helm.ivp import Domain, IvPError, Solution, Variable, decision_domain, solve
@@ -346,6 +347,10 @@ class HelmCore:
         reason, complaint = self._judge(now, rounds, decision, complaint)
         self.timing = self.timing.after(sum(o.build_seconds for _, o in rounds), solve_seconds)
         self.announcer.before_posts(rounds)
+        if self.listens("BHV_IPF"):
+            post_functions(outbox, rounds, self.iteration)
+        if self.listens("BHV_WHY"):
+            post_reasons(outbox, rounds)
         self._drain(rounds)
         self._bury(now)
         self.announcer.after_posts(rounds, decision if reason == allstop.CLEAR else {}, complaint)

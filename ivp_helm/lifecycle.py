@@ -65,6 +65,8 @@ class Life:
         self.results: list[UpdateResult] = []
         """Updates of this iteration."""
         self.disabled = False
+        self.told_why = ""
+        """The reason last published."""
         self.duration = DurationClock(behavior.config.duration, behavior.config.duration_idle_decay)
         self._stopwatch = stopwatch
         self._last_update = ""
