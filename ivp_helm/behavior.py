@@ -124,6 +124,8 @@ class Behavior:
         self.completed = False
         self.post_mortem = ""
         self.spawned = False
+        self.is_template = False
+        """Instances are made from its block on request (it may be no more than the block's proof)."""
         self.failed = False
         """An error was posted in this iteration."""
         self.last_error = ""
@@ -416,7 +418,11 @@ class Behavior:
         """Put the contact's name into conditions: ``$[CONTACT]`` in capitals, ``$[contact]`` small, ``$[Contact]``
         as it is (helm.md 4.5)."""
         contact = str(vars(self.config).get("contact", ""))
-        spellings = (("$[CONTACT]", contact.upper()), ("$[contact]", contact.lower()), ("$[Contact]", contact))
+        spellings = (
+            ("$[CONTACT]", contact.upper()),
+            ("$[contact]", contact.lower()),
+            ("$[Contact]", contact),
+        )
         if contact and any("$[" in condition.text for condition in self.config.condition):
             resolved = []
             for condition in self.config.condition:
