@@ -138,7 +138,7 @@ BHV = """\
       condition  = DEPLOY = true
       endflag    = RETURN = true
       configflag = CRUISE_SPD = $[SPEED]
-      wptflag    = HIT_AT = $(X),$(Y)
+      wptflag    = HIT_AT = $[PX],$[PY]
       updates    = WPT_UPDATE
       perpetual  = true
       lead = 8
