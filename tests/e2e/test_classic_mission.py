@@ -225,7 +225,7 @@ def test_it_sails_its_survey_and_returns(henry):
     assert returns[0] == "false"
     assert "true" in returns
     assert re.search(r"^\S+\s+DEPLOY\s+pHelmIvP:\d+:waypt_return\s+false", text, re.M)
-    assert re.search(r"^\S+\s+NODE_REPORT_LOCAL\s+pNodeReporter\s+NAME=henry,TYPE=KAYAK", text, re.M)
+    assert re.search(r"^\S+\s+NODE_REPORT_LOCAL\s+pNodeReporter\s+NAME=henry,\S*TYPE=(?i:kayak)", text, re.M)
     assert re.search(r"^\S+\s+PROC_WATCH_SUMMARY\s+uProcessWatch\s+All Present", text, re.M)
     for suffix in ("slog", "xlog", "ylog", "_moos"):
         assert list((henry / "logs").rglob(f"*.{suffix}")), suffix
