@@ -37,9 +37,7 @@ __all__ = [
 flag = flag_parameter
 
 
-def number(
-    name: str, default: float, unit: str, doc: str, low: float | None = 0.0, **more: Any
-) -> Parameter:
+def number(name: str, default: float, unit: str, doc: str, low: float | None = 0.0, **more: Any) -> Parameter:
     """A number, at least 0 unless said otherwise."""
     return Parameter(name, "number", default, unit, doc, low=low, **more)
 
@@ -66,9 +64,7 @@ def _variable(text: str) -> str:
 
 def polygon(name: str, doc: str, *aliases: str) -> Parameter:
     """A convex polygon in any spelling of behaviors.md A4."""
-    return custom(
-        name, _polygon, None, doc, "pts={0,0:50,0:50,50:0,50}", aliases=aliases
-    )
+    return custom(name, _polygon, None, doc, "pts={0,0:50,0:50,50:0,50}", aliases=aliases)
 
 
 def _polygon(text: str) -> Polygon:
@@ -128,9 +124,7 @@ def read_weight_pair(text: str) -> tuple[float, float]:
 
 def hint_lines(example: str) -> Parameter:
     """`visual_hints`, a line of which the behaviour takes in with `set_visual_hints`."""
-    return custom(
-        "visual_hints", str, None, "Colours and sizes of what is drawn.", example, repeated=True
-    )
+    return custom("visual_hints", str, None, "Colours and sizes of what is drawn.", example, repeated=True)
 
 
 def tolerant_hints(hints: VisualHints, text: str, known: tuple[str, ...]) -> tuple[VisualHints, list[str]]:

@@ -196,13 +196,15 @@ def check_behavior(
     *,
     domain: Sequence[str] = DOMAIN,
     contacts: Sequence[Mapping[str, Any]] = (),
+    clocks: Sequence[str] = (),
 ) -> None:
     """Check that a behaviour keeps the contract that the helm, its tools and its users rely on.
 
     It is documented; refuses nonsense; runs without errors in random situations; its functions are finite,
     sound and over the domain; it is silent while idle; does no I/O and reads no clock; changes nothing but by
     posting; and does the same when everything is repeated. `domain` must hold its variables, `contacts`
-    (name, x, y, heading, speed) whom its parameters name.
+    (name, x, y, heading, speed) whom its parameters name, `clocks` the variables in which it tells the time
+    even while idle.
 
     Raises:
         ContractError: an AssertionError that lists every broken clause.
@@ -229,7 +231,7 @@ def check_behavior(
         second = contract.sail(make, contacts, findings)
     findings.must(not offences, f"it does no I/O (it called {', '.join(sorted(set(offences)))})")
     findings.must(first == second or bool(offences), "the same inputs give the same functions and posts")
-    contract.check_quiet(make, findings)
+    contract.check_quiet(make, findings, clocks)
     findings.conclude()
 
 

@@ -18,11 +18,20 @@ PARAMETERS: dict[str, dict[str, Any]] = {
         "repeat": 3,
         "capture_line": "true",
     },
+    "BHV_Loiter": {"polygon": "format=radial,x=20,y=-10,radius=30,pts=6", "speed": 2, "clockwise": "best"},
+    "BHV_StationKeep": {"station_pt": "5,5", "hibernation_radius": 30},
+    "BHV_ConstantHeading": {"heading": 80, "duration": "no-time-limit", "heading_mismatch_var": "MISMATCH"},
+    "BHV_ConstantDepth": {"depth": 4, "duration": "no-time-limit", "depth_mismatch_var": "MISMATCH"},
+    "BHV_OpRegionV24": {"core_poly": "pts={-20,-20:20,-20:20,20:-20,20}", "save_dist": 5},
     "BHV_ConstantSpeed": {"speed": 2, "duration": "no-time-limit", "speed_mismatch_var": "MISMATCH"},
 }
 """Parameters with which a behaviour does something; others are checked with their defaults."""
 
-OPTIONS: dict[str, dict[str, Any]] = {}
+WITH_DEPTH = {"domain": ("course:0:359:72", "speed:0:4:9", "depth:0:20:21")}
+OPTIONS: dict[str, dict[str, Any]] = {
+    "BHV_ConstantDepth": WITH_DEPTH,
+    "BHV_Timer": {"clocks": ("TIMER_IDLE",)},
+}
 """Domain or contacts where the usual ones do not do."""
 
 
