@@ -100,9 +100,7 @@ def fleet(tmp_path):
     fleet.close()
 
 
-@pytest.mark.parametrize(
-    "order", [["shoreside", "abe", "ben"], ["abe", "ben", "shoreside"], ["abe", "shoreside", "ben"]]
-)
+@pytest.mark.parametrize("order", ["shoreside abe ben", "abe ben shoreside", "abe shoreside ben"])
 def test_bridges_come_up_in_any_order_of_starting(fleet, order):
     for name in order.split():
         fleet.start(name)
