@@ -13,6 +13,7 @@ from time import process_time
 
 from ivp_helm.behavior_file import BehaviorFile, merge, read_behavior_file
 from ivp_helm.helm import HelmCore
+from ivp_helm.ivp import warm_up
 from ivp_helm.plugins import BehaviorFinder
 from ivp_helm.report import report_lines
 from ivp_helm.settings import HELM_PARAMETERS, HelmSettings
@@ -60,6 +61,10 @@ class Helm(App):
             self.notify("PLOGGER_CMD", f"COPY_FILE_REQUEST = {self.mission_path(line)}")
         self._publish()
 
+    @classmethod
+    def warm_up(cls) -> None:
+        warm_up()
+
     def on_mail(self, mail: list[Message]) -> None:
         self.core.deliver(mail, self.now)
 
@@ -97,8 +102,7 @@ class Helm(App):
         choice = self.config.bhv_ipf
         if choice != "auto":
             return bool(choice == "always")
-        wanted = getattr(self.connection, "wanted", None)
-        return True if wanted is None else bool(wanted(variable))
+        return self.connection.wanted(variable)
 
     # --- configuration ----------------------------------------------------------------------------------
 

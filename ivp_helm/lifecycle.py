@@ -65,6 +65,8 @@ class Life:
         self.results: list[UpdateResult] = []
         """Updates of this iteration."""
         self.disabled = False
+        self.told_why = ""
+        """The reason last published."""
         self.duration = DurationClock(behavior.config.duration, behavior.config.duration_idle_decay)
         self._stopwatch = stopwatch
         self._last_update = ""
@@ -310,6 +312,7 @@ class Life:
 
     def _parameters_complete(self) -> None:
         behavior = self.behavior
+        self._call(behavior.resolve_conditions)
         self._call(behavior.on_parameters)
         settings = self._call(behavior.settings)
         if settings:

@@ -284,6 +284,13 @@ class Database:
         """Connected clients, oldest first."""
         return iter(self._clients.values())
 
+    def has_subscriber(self, name: str) -> bool:
+        """Whether any client would be sent posts of the variable."""
+        record = self._records.get(name)
+        if record is not None:
+            return bool(record.direct or record.filtered)
+        return any(s.wants_variable(name) for c in self._clients.values() for s in c.subscriptions.values())
+
     def published_by(self, client: str) -> list[str]:
         """Variables that the client has posted, in order of its first posts."""
         record = self._clients.get(client)

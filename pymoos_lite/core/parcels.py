@@ -23,8 +23,9 @@ from pymoos_lite.core.message import Message, Value
 BATCH = 512
 """Messages in one parcel, at most."""
 
-BATCH_BYTES = 256 * 1024
-"""Bytes of values in one parcel, at most, unless a single value is larger."""
+BATCH_BYTES = 31_000
+"""Bytes of messages in one parcel, about, unless a single one is larger: a loopback datagram's worth, so
+that parcels need not be cut and put together again."""
 
 ROW_BYTES = 64
 """What a message occupies besides its value, for the bounds on queues."""
@@ -118,10 +119,11 @@ def is_text(text: str) -> bool:
 
 
 class Parser:
-    """Turns the records of one peer into parcels; `source` is put on its posts."""
+    """Turns the records of one peer into parcels; `source` and `community` are put on its posts."""
 
-    def __init__(self, source: str = "") -> None:
+    def __init__(self, source: str = "", community: str = "") -> None:
         self._source = source
+        self._community = community
 
     def parse(self, record: bytes) -> Parcel:
         """The parcel in `record`, every field checked.
@@ -147,7 +149,7 @@ class Parser:
             names, values, times, auxes = _columns(rows, 4)
             _check_columns(names, values, times, auxes)
             messages: Iterator[Message] = map(
-                _make_message, zip(names, values, times, repeat(self._source), auxes, repeat(""))
+                _make_message, zip(names, values, times, repeat(self._source), auxes, repeat(self._community))
             )
             return Posts(number, list(messages))
         if kind == Kind.MAIL or kind == Kind.RELAYED:
@@ -218,7 +220,7 @@ def split(rows: Sequence[tuple[Any, ...]]) -> Iterator[Sequence[tuple[Any, ...]]
             continue
         first = total = 0
         for index, value in enumerate(values):
-            size = ROW_BYTES if type(value) is float else len(value)
+            size = ROW_BYTES if type(value) is float else ROW_BYTES + len(value)
             if total and total + size > BATCH_BYTES:
                 yield chunk[first:index]
                 first, total = index, 0

@@ -19,7 +19,7 @@ from pymoos_lite.core.message import Message
 from pymoos_lite.hosts.failures import Failure, describe_failure
 from pymoos_lite.hosts.local import LocalConnection
 from pymoos_lite.hosts.network import SimulatedNetwork
-from pymoos_lite.hosts.plan import CommunityPlan
+from pymoos_lite.hosts.plan import CommunityPlan, warm_up
 
 
 @dataclass
@@ -78,6 +78,7 @@ class Lockstep:
         Raises:
             ValueError: a community of that name was added before.
         """
+        warm_up(plan)
         community = self.add_community(plan.community or "community")
         names = tuple(plan.app_names)
         for app_plan in plan.apps:

@@ -19,9 +19,9 @@ from pymoos_lite.core.database import Database
 from pymoos_lite.hosts.failures import Failure, describe_failure
 from pymoos_lite.hosts.local import LocalConnection
 from pymoos_lite.hosts.meter import ProcessMeter
-from pymoos_lite.hosts.plan import AppPlan, CommunityPlan
+from pymoos_lite.hosts.plan import AppPlan, CommunityPlan, warm_up
 from pymoos_lite.hosts.ports import LOOPBACK, DatabaseServer
-from pymoos_lite.hosts.udp import ANY, UdpNetwork, UdpPort
+from pymoos_lite.hosts.udp import UdpNetwork, UdpPort
 
 RESTART_DELAY = 1.0
 """Wall seconds before an app that failed is started again."""
@@ -45,7 +45,7 @@ class HostOptions:
     log_dir: Path | None = None
     restart: bool = False
     seed: int | None = None
-    share_bind: str = ANY
+    share_bind: str = LOOPBACK
 
 
 class RealtimeHost:
@@ -96,6 +96,10 @@ class RealtimeHost:
         return LocalConnection(self.database, name, self.clock)
 
     # --- apps --------------------------------------------------------------------------------
+
+    def prepare(self) -> None:
+        """Compile or load what apps need, before the mission's time begins."""
+        warm_up(self.plan)
 
     def start_apps(self) -> None:
         """Start every app of the plan in this process."""

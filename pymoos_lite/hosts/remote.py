@@ -113,6 +113,9 @@ class RemoteConnection:
     def registered_names(self) -> Iterable[str]:
         return tuple(self._registered)
 
+    def wanted(self, name: str) -> bool:
+        return True  # only the database knows
+
     def take_notices(self) -> list[str]:
         notices, self._notices = self._notices, []
         return notices
@@ -146,6 +149,7 @@ class RemoteHost:
 
     def run(self) -> None:
         """Raises RefusedError, or whatever the app raised."""
+        self._app.cls.warm_up()
         context = self._make(self.connection)
         runner = AppRunner(self._app.cls(context), ProcessMeter())
         runner.start(self.clock.now())
