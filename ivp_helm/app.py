@@ -54,8 +54,14 @@ class Helm(App):
         for problem in self.core.problems:
             self.config_warning(str(problem))
         self.core.start(self.now)
+        self._met = False
+        self._cpu = 0.0
+        self._measured = (0.0, process_time())
 
     def on_connect(self) -> None:
+        if self._met:
+            self.core.reintroduce()
+        self._met = True
         self._register()
         for line in self.config.behaviors:
             self.notify("PLOGGER_CMD", f"COPY_FILE_REQUEST = {self.mission_path(line)}")
@@ -71,12 +77,22 @@ class Helm(App):
     def iterate(self) -> None:
         core = self.core
         core.warning_count = len(self.log.config_warnings) + self.log.run_warnings_total
-        core.iterate(self.now)
+        core.iterate(self.now, self._cpu_load())
         self._register()
         self._publish()
 
     def report(self) -> Iterable[str]:
         return report_lines(self.core, self.config.comms_policy)
+
+    def _cpu_load(self) -> float:
+        """Percent of one core since about a second ago; nothing in lockstep, where runs must not differ."""
+        if not self.context.deterministic:
+            wall, used = self.clock.wall(), process_time()
+            before, used_before = self._measured
+            if wall - before > 1.0:
+                self._cpu = 100.0 * (used - used_before) / (wall - before)
+                self._measured = (wall, used)
+        return self._cpu
 
     # --- moving values ----------------------------------------------------------------------------------
 
