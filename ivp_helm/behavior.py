@@ -125,6 +125,8 @@ class Behavior:
         self.completed = False
         self.post_mortem = ""
         self.spawned = False
+        self.is_template = False
+        """Instances are made from its block on request (it may be no more than the block's proof)."""
         self.failed = False
         """An error was posted in this iteration."""
         self.last_error = ""

@@ -70,6 +70,7 @@ def build_all(
             continue
         built.order.append(behavior)
         if mode in ("spawn", "clone"):
+            behavior.is_template = True
             if not behavior.config.updates or " " in behavior.config.updates:
                 text = f"{block.kind} '{behavior.name}': templating needs 'updates = VARIABLE'"
                 built.problems.append(Problem(block.file, block.line, text))

@@ -33,6 +33,8 @@ LOOPBACK_WINDOW = 512 * 1024
 
 _LARGEST_DATAGRAM = 65535
 _LONGEST_WAIT = 1e5
+_PAUSE = 1.0
+_MOST_AT_ONCE = 200
 _SOCKET_BUFFER = 4 << 20
 _BATCH = 64
 _AT_ONCE = 128 << 10  # bytes read in one go: then what they caused is sent on
@@ -222,6 +224,7 @@ class DatabaseServer:
     ) -> None:
         self.database = database
         self._clock = clock
+        self._served = clock.wall()
         self.endpoint = UdpEndpoint(host, port)
         limits = limits or ServerLimits()
         window = min(limits.link.window, self.endpoint.window)
@@ -258,23 +261,33 @@ class DatabaseServer:
 
     def take_in(self) -> int:
         """Take in what has arrived, without waiting, and answer; the number of datagrams."""
+        count = self._receive()
+        self.flush()
+        return count
+
+    def flush(self) -> None:
+        """Send what is due: mail posted since, acknowledgements, signs of life."""
+        wall, now = self._clock.wall(), self._clock.now()
+        if wall - self._served > _PAUSE:
+            # Something here took long. Before anybody is taken for silent, hear what they said.
+            for _ in range(_MOST_AT_ONCE):
+                if not self._receive():
+                    break
+        self._served = wall
+        if self.database.next_deadline() <= now:
+            self.database.tick(now)
+        out = self.session.datagrams(wall, now)
+        if out:
+            self.endpoint.send(out)
+
+    def _receive(self) -> int:
         batch = self.endpoint.receive()
         if batch:
             wall, now = self._clock.wall(), self._clock.now()
             receive = self.session.receive
             for datagram, address in batch:
                 receive(datagram, address, wall, now)
-        self.flush()
         return len(batch)
-
-    def flush(self) -> None:
-        """Send what is due: mail posted since, acknowledgements, signs of life."""
-        wall, now = self._clock.wall(), self._clock.now()
-        if self.database.next_deadline() <= now:
-            self.database.tick(now)
-        out = self.session.datagrams(wall, now)
-        if out:
-            self.endpoint.send(out)
 
     def close(self, reason: str = "the database is shutting down") -> None:
         """Tell every client and close the socket."""
@@ -361,21 +374,18 @@ class RemoteClient:
 
     def poll(self, timeout: float = 0.0) -> list[Message]:
         """Mail, as soon as there is some, else after `timeout` wall seconds an empty list."""
-        session, endpoint, wall_of = self.session, self.endpoint, self.clock.wall
-        wall = wall_of()
+        self._turn()
+        mail = self.session.take_mail()
+        if mail or timeout <= 0.0:
+            return mail
+        wall = self.clock.wall()
         end = wall + timeout
-        self._send(wall)
-        while True:
-            mail = session.take_mail()
-            if mail:
-                return mail
-            if timeout > 0.0:
-                endpoint.wait(min(end, session.next_deadline()) - wall)
-                wall = wall_of()
-            self._take_in(wall)
-            self._send(wall)
-            if wall >= end:
-                return session.take_mail()
+        while not mail and wall < end:
+            self.endpoint.wait(min(end, self.session.next_deadline()) - wall)
+            self._turn()
+            mail = self.session.take_mail()
+            wall = self.clock.wall()
+        return mail
 
     def flush(self, timeout: float = 0.0) -> bool:
         """Send what waits; with a `timeout`, wait until the database has it all. Whether it has."""
@@ -400,18 +410,13 @@ class RemoteClient:
         return delivered
 
     def _turn(self) -> None:
+        # Received first: after a pause the signs of life that came meanwhile must count.
         wall = self.clock.wall()
-        self._take_in(wall)
-        self._send(wall)
-
-    def _take_in(self, wall: float) -> None:
         receive = self.session.receive
         for datagram, _ in self.endpoint.receive():
             receive(datagram, wall)
         if self.endpoint.unreachable:
             self.endpoint.unreachable = False
             self.session.lose_contact("nobody listens at the database's address", wall)
-
-    def _send(self, wall: float) -> None:
         self._unsent_posts = 0
         self.endpoint.send_to_peer(self.session.datagrams(wall))

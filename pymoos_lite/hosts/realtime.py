@@ -21,7 +21,7 @@ from pymoos_lite.hosts.local import LocalConnection
 from pymoos_lite.hosts.meter import ProcessMeter
 from pymoos_lite.hosts.plan import AppPlan, CommunityPlan, warm_up
 from pymoos_lite.hosts.ports import LOOPBACK, DatabaseServer
-from pymoos_lite.hosts.udp import ANY, UdpNetwork, UdpPort
+from pymoos_lite.hosts.udp import UdpNetwork, UdpPort
 
 RESTART_DELAY = 1.0
 """Wall seconds before an app that failed is started again."""
@@ -45,7 +45,7 @@ class HostOptions:
     log_dir: Path | None = None
     restart: bool = False
     seed: int | None = None
-    share_bind: str = ANY
+    share_bind: str = LOOPBACK
 
 
 class RealtimeHost:

@@ -97,6 +97,7 @@ def run(args: argparse.Namespace) -> int:
         log_dir=args.log_dir,
         restart=args.restart,
         seed=args.seed,
+        share_bind=args.bind,
     )
     screen = _Screen(args)
     host: RealtimeHost | ProcessHost
