@@ -16,7 +16,7 @@ A behaviour is one opinion about where the vehicle should go next. A complete on
         def on_run(self) -> IvPFunction | None:
             self.why = f"{abs(self.own.depth - self.config.depth):.1f} m from the depth asked for"
             self.post("DEPTH_ERROR", self.own.depth - self.config.depth)
-            return zaic_peak(self.domain, "depth", Peak(self.config.depth, peakwidth=1, basewidth=20))
+            return zaic_peak(self.domain, "depth", Peak(self.config.depth, basewidth=20))
 
 Life of a behaviour (helm.md 5.2). Hooks marked * must not be slow: they are inside the helm's iteration.
 
