@@ -26,7 +26,15 @@ from ivp_helm.testing import HelmRig
 from pymoos_lite.core.message import Message
 
 DOMAIN = ("course:0:359:360", "speed:0:4:41")
-MODES = "set MODE = ACTIVE {\n  DEPLOY = true\n} INACTIVE\nset MODE = SURVEYING {\n  MODE = ACTIVE\n  RETURN != true\n} HOME\n"
+MODES = """
+set MODE = ACTIVE {
+  DEPLOY = true
+} INACTIVE
+set MODE = SURVEYING {
+  MODE = ACTIVE
+  RETURN != true
+} HOME
+"""
 PARTS = ("mail", "conditions", "build", "solve", "post")
 
 
