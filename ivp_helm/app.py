@@ -26,6 +26,9 @@ from pymoos_lite.core.message import Message
 from pymoos_lite.geometry.geodesy import Geodesy, GeodesyError
 from pymoos_lite.geometry.text import parse_number
 
+ASK_PERIOD = 1.0
+"""Mission seconds after which it is asked again whether anybody reads functions and reasons."""
+
 
 class Helm(App):
     """Decides heading, speed (and depth) by interval programming."""
@@ -55,6 +58,7 @@ class Helm(App):
             self.config_warning(str(problem))
         self.core.start(self.now)
         self._met = False
+        self._listeners: dict[str, tuple[float, bool]] = {}
         self._cpu = 0.0
         self._measured = (0.0, process_time())
 
@@ -118,7 +122,11 @@ class Helm(App):
         choice = self.config.bhv_ipf
         if choice != "auto":
             return bool(choice == "always")
-        return self.connection.wanted(variable)
+        asked, answer = self._listeners.get(variable, (float("-inf"), False))
+        if self.now - asked >= ASK_PERIOD:
+            answer = self.connection.wanted(variable)
+            self._listeners[variable] = (self.now, answer)
+        return answer
 
     # --- configuration ----------------------------------------------------------------------------------
 

@@ -43,7 +43,7 @@ class Surroundings:
     community: str = "ownship"
     own: Ownship | None = None
     contacts: Mapping[str, Contact] = field(default_factory=dict)
-    platform: Platform = field(default_factory=lambda: _new_platform())
+    platform: Platform = field(default_factory=lambda: _new_platform())  # noqa: PLW0108
     """Own ship's turn model (``platform.model``) and turn rate."""
     random: random.Random = field(default_factory=lambda: random.Random(0))
     comms_policy: str = "open"
