@@ -136,7 +136,10 @@ def test_every_line_that_stock_blocks_use_is_understood(tmp_path, line):
         ("Behaviors = a.bhv", "given twice"),
         ("Domain = course:0:9:10", "given twice"),
         ("Domain = depth:5:0:10", "is above high"),
-        ("start_in_dirve = true", "Unhandled config line: start_in_dirve = true; did you mean 'start_in_drive'?"),
+        (
+            "start_in_dirve = true",
+            "Unhandled config line: start_in_dirve = true; did you mean 'start_in_drive'?",
+        ),
         ("contact_max_age = 5", "contact_max_age = 5 is out of range: give a number in [10, 1800], s"),
         ("ok_skew = never", "ok_skew"),
         ("pmgen = alg=hover", "pmgen"),
@@ -183,7 +186,9 @@ def test_a_plug_in_is_found_by_its_name(tmp_path, monkeypatch, where):
     if where == "environment":
         monkeypatch.setenv("IVP_BEHAVIOR_DIRS", str(folder))
     line = "ivp_behavior_dir = plugins\n" if where == "ivp_behavior_dir" else ""
-    bench = Bench(tmp_path, BLOCK + "start_in_drive = true\n" + line, "Behavior = BHV_North\n{\n name = n\n}\n")
+    bench = Bench(
+        tmp_path, BLOCK + "start_in_drive = true\n" + line, "Behavior = BHV_North\n{\n name = n\n}\n"
+    )
     bench.say(**NAV)
     bench.host.run(2)
     assert (bench.value("DESIRED_HEADING"), bench.value("DESIRED_SPEED")) == (0.0, 1.0)
@@ -224,9 +229,13 @@ def test_the_check_of_a_block_finds_the_problems_of_its_files_without_running(tm
 
 def test_two_runs_with_one_seed_post_the_same(tmp_path):
     def run() -> list[object]:
-        bench = Bench(tmp_path, BLOCK + "start_in_drive = true\n", BHV.replace("speed = 2", "runflag = H=$[HASH]"))
+        bench = Bench(
+            tmp_path, BLOCK + "start_in_drive = true\n", BHV.replace("speed = 2", "runflag = H=$[HASH]")
+        )
         bench.say(**NAV, DEPLOY="true")
         bench.host.run(3)
-        return [(r.name, r.message.value) for r in bench.community.database.records() if r.message is not None]
+        return [
+            (r.name, r.message.value) for r in bench.community.database.records() if r.message is not None
+        ]
 
     assert run() == run()
