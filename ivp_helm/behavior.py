@@ -45,7 +45,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from ivp_helm.base_parameters import BASE_PARAMETERS, FLAG_KEYS
-from ivp_helm.conditions import ConditionSet, holds, variables_of
+from ivp_helm.conditions import ConditionSet, holds, parse_condition, variables_of
 from ivp_helm.flags import Flag
 from ivp_helm.surroundings import MissingOwnship, Ownship, Surroundings
 from pymoos_lite.config.parameters import Declaration, ParameterError, Values
@@ -291,9 +291,9 @@ class Behavior:
                 flag.condition is not None and not holds(flag.condition, self.buffer)
             ):
                 continue
-            for macro in flag.macros:
-                if macro.name in self._counters and macro.bracket:
-                    self._counters[macro.name] += 1
+            for name in {macro.name for macro in flag.macros if macro.bracket}:
+                if name in self._counters:
+                    self._counters[name] += 1
             value = flag.expand(self._macro_value)
             if not flag.destination or flag.destination.endswith("+"):
                 self.post(flag.variable, value, repeat=repeat)
@@ -412,6 +412,24 @@ class Behavior:
         self.config.condition.append(condition)
         self.conditions = ConditionSet(self.config.condition)
 
+    def resolve_conditions(self) -> None:
+        """Put the contact's name into conditions: ``$[CONTACT]`` in capitals, ``$[contact]`` small, ``$[Contact]``
+        as it is (helm.md 4.5)."""
+        contact = str(vars(self.config).get("contact", ""))
+        spellings = (
+            ("$[CONTACT]", contact.upper()),
+            ("$[contact]", contact.lower()),
+            ("$[Contact]", contact),
+        )
+        if contact and any("$[" in condition.text for condition in self.config.condition):
+            resolved = []
+            for condition in self.config.condition:
+                text = condition.text
+                for spelling, name in spellings:
+                    text = text.replace(spelling, name)
+                resolved.append(condition if text == condition.text else parse_condition(text))
+            self.conditions = ConditionSet(resolved)
+
     def set_post_mapping(self, pair: tuple[str, str]) -> None:
         """Redirect or silence posts."""
         self.config.post_mapping.append(pair)
@@ -437,7 +455,7 @@ class Behavior:
     def variables_needed(self) -> list[str]:
         """Every variable the helm must register for on this behaviour's behalf."""
         config = self.config
-        names = variables_of(config.condition)
+        names = variables_of(self.conditions)
         for flag in self.all_flags():
             if flag.condition is not None:
                 names += flag.condition.registrations()

@@ -342,7 +342,7 @@ class HelmCore:
             newcomers = []
         modes = self.modes.evaluate(buffer)
         rounds, solution, solve_seconds, complaint = self._run_and_solve()
-        if newcomers:
+        if newcomers or any(life.results for life, _ in rounds):
             self._register_all()
         for variable, mode in modes.items():
             outbox.post_change(variable, mode, "HELM_MODE")

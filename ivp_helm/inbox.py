@@ -45,7 +45,7 @@ class Inbox:
         self._core = core
         self.clients: set[str] = set()
         self.heard_own_state = False
-        self._last_update: dict[str, Message] = {}
+        self._last_request: dict[str, Message] = {}
         self._handlers: dict[str, Callable[[Message], bool]] = {
             "DB_CLIENTS": self._clients,
             "RESTART_HELM": self._restart,
@@ -71,6 +71,7 @@ class Inbox:
         own = core.name
         limit = core.settings.ok_skew
         handlers = self._handlers
+        requests = core.population.request_variables
         for message in mail:
             name, value, stamp, source, aux, _ = message
             if abs(now - stamp) > limit and source != own and not self._believed(message, now):
@@ -80,6 +81,11 @@ class Inbox:
                 continue
             if aux == INITIAL and source == own:
                 continue
+            if name in requests:
+                # A database delivers the latest value again on every registration: no new request.
+                if self._last_request.get(name) == message:
+                    continue
+                self._last_request[name] = message
             buffer.set(name, value, stamp)
 
     def _believed(self, message: Message, now: float) -> bool:

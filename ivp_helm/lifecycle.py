@@ -310,6 +310,7 @@ class Life:
 
     def _parameters_complete(self) -> None:
         behavior = self.behavior
+        self._call(behavior.resolve_conditions)
         self._call(behavior.on_parameters)
         settings = self._call(behavior.settings)
         if settings:

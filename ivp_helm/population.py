@@ -29,6 +29,7 @@ class Population:
         self.surroundings = surroundings
         self.built: Built = build_all(blocks, find, surroundings)
         self.templates = self.built.templates
+        self.request_variables = frozenset(template.updates for template in self.templates)
         self._stopwatch = stopwatch
         self.lives = [
             Life(behavior, Origin(block.kind), stopwatch) for behavior, block in self.built.behaviors

@@ -75,6 +75,17 @@ VIEWERS = ("pMarineViewer", "uMAC", "uMACView", "uXMS", "uFldScope")
 # fmt: off  (a line each)
 BEHAVIORS: tuple[Entry, ...] = (
     Entry("BHV_Waypoint", "behaviors.waypoint:Waypoint", (), "Traverses a list of points."),
+    Entry("BHV_Loiter", "behaviors.loiter:Loiter", (), "Goes around a convex polygon."),
+    Entry("BHV_StationKeep", "behaviors.station_keep:StationKeep", (), "Stays near a point."),
     Entry("BHV_ConstantSpeed", "behaviors.constant_speed:ConstantSpeed", (), "Keeps a speed."),
+    Entry("BHV_ConstantHeading", "behaviors.constant_heading:ConstantHeading", (), "Keeps a heading."),
+    Entry("BHV_ConstantDepth", "behaviors.constant_depth:ConstantDepth", (), "Keeps a depth."),
+    Entry("BHV_Timer", "behaviors.timer:Timer", (), "Counts seconds while its conditions hold."),
+    Entry(
+        "BHV_OpRegionV24",
+        "behaviors.op_region_v24:OpRegionV24",
+        (),
+        "Steers back into a region, stops outside.",
+    ),
 )
 # fmt: on

@@ -132,7 +132,9 @@ def worst_error(function: IvPFunction, wanted: dict[str, Any]) -> float:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_postings_are_those_measured_in_the_measured_order(case: dict[str, Any], runs: dict[int, Run]) -> None:
+def test_postings_are_those_measured_in_the_measured_order(
+    case: dict[str, Any], runs: dict[int, Run]
+) -> None:
     run = sail(case, runs)
     ignored = set().union(*(IGNORED_VARIABLES.get(b["type"], set()) for b in case["behaviours"]))
     # We never retract a warning that was not posted (behaviors.md B1).
