@@ -335,6 +335,7 @@ class ShareApp(App):
             raise RouteError(f"{endpoint}: {error.strerror or error}") from None
         # A share that starts again must not be taken for its predecessor, even with the same seed.
         stream = (self.random.getrandbits(53) ^ int(self.started * 1e6)) % MAX_NUMBER
+        self.inbox.own_streams.add(stream)
         outbox = Outbox(stream, self._budget, self._by_reference, self._key)
         return Destination(endpoint, (host, endpoint.port), outbox)
 

@@ -67,6 +67,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    from pymoos_lite.hosts.fleet import is_fleet
+
+    if is_fleet(args.mission):
+        from pymoos_lite.tools import fleet_launch
+
+        return fleet_launch.run(args)
     try:
         plan = load_plan(args.mission, parse_settings(args.set))
         finished = end_condition(plan, args.until)
@@ -122,7 +128,7 @@ def _fly(
     for name in finished.variables if finished is not None else ():
         watch.register(name, "*", 0.0, ())
     values: dict[str, Value] = {}
-    stop = _StopSignals()
+    stop = StopSignals()
     next_look = 0.0
     next_request = 0.0
     began = host.clock.now()
@@ -220,7 +226,7 @@ class _Screen:
             print(f"{view.community}: ended after {view.elapsed:.0f} mission seconds", flush=True)
 
 
-class _StopSignals:
+class StopSignals:
     """Turns Ctrl-C and a polite kill into a request to stop."""
 
     def __init__(self) -> None:

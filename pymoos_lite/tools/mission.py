@@ -65,7 +65,12 @@ def end_condition(plan: CommunityPlan, text: str | None) -> EndCondition | None:
 def add_mission_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments that `launch`, `sim` and `check` share."""
     parser.add_argument(
-        "mission", metavar="MISSION", help="a .moos file, a folder, or the name of a shipped mission"
+        "mission",
+        metavar="MISSION",
+        help="a .moos file, a fleet's .yaml file, a folder, or the name of a shipped mission",
+    )
+    parser.add_argument(
+        "--vehicles", type=int, metavar="N", help="how many vehicles (fleets only; default: as the file says)"
     )
     parser.add_argument(
         "--set",
