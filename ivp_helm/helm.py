@@ -114,6 +114,7 @@ class HelmCore:
             contacts=self.contacts.snapshot,
             platform=self.platform,
             random=random.Random(seed),
+            comms_policy=settings.comms_policy,
             geodesy=geodesy,
         )
         self.inbox = Inbox(self)
@@ -133,7 +134,9 @@ class HelmCore:
 
     def _build(self, found: Sequence[Problem]) -> None:
         self.modes = ModeSet(self.content.modes)
-        self.population = Population(self.content.blocks, self._find, self.surroundings, self._stopwatch)
+        self.population = Population(
+            self.content.blocks, self._find, self.surroundings, self._stopwatch, self.settings.accept_retired
+        )
         self.problems: tuple[Problem, ...] = (*found, *self.content.problems, *self.population.built.problems)
         self.authority.malconfig = any(p.severity == "error" for p in self.problems)
         self.allstop = AllStop()
@@ -170,6 +173,16 @@ class HelmCore:
         if self.settings.helm_alias:
             post("IVPHELM_ALIAS", self.settings.helm_alias)
         self.announcer.introduce()
+
+    def reintroduce(self) -> None:
+        """The database was lost and found again: tell everything anew that it may have forgotten."""
+        if self.authority.malconfig:
+            return
+        self.outbox.forget_everything()
+        self._introduce()
+        self.announcer.refresh()
+        if self.allstop.reason:
+            self.outbox.post("IVPHELM_ALLSTOP", self.allstop.reason)
 
     def _initialize(self, deferred: bool) -> None:
         for entry in self.content.initializations:

@@ -99,6 +99,7 @@ class Life:
 
     def begin(self) -> None:
         """The parameters are complete; for one spawned at run time also `on_spawn` and its flags."""
+        self.behavior.follow_comms_policy(self.behavior.surroundings.comms_policy)
         self._parameters_complete()
         behavior = self.behavior
         if behavior.spawned:

@@ -43,7 +43,7 @@ class Surroundings:
     community: str = "ownship"
     own: Ownship | None = None
     contacts: Mapping[str, Contact] = field(default_factory=dict)
-    platform: Platform | None = None
+    platform: Platform = field(default_factory=lambda: _new_platform())  # noqa: PLW0108
     """Own ship's turn model (``platform.model``) and turn rate."""
     random: random.Random = field(default_factory=lambda: random.Random(0))
     comms_policy: str = "open"
@@ -70,3 +70,9 @@ class Surroundings:
         if self.buffer.number("NAV_X") is None or self.buffer.number("NAV_Y") is None:
             return "No ownship X/Y info in info_buffer."
         return "No ownship heading info in info_buffer."
+
+
+def _new_platform() -> Platform:
+    from ivp_helm.platform_model import Platform  # it needs Ownship from here
+
+    return Platform()
