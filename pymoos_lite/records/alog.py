@@ -16,6 +16,8 @@ from pymoos_lite.core.message import Message
 RULE = "%" * 59
 _START = "%% LOGSTART"
 _MARKED = "%% DATATYPE MARKING ON"
+_DIGITS = frozenset("-+.0123456789")
+_NUMERIC = _DIGITS | frozenset("ni")  # nan and inf too
 
 
 class AlogEntry(NamedTuple):
@@ -40,6 +42,14 @@ class AlogHeader:
     start: float = 0.0
     marked: bool = False
     lines: list[str] = field(default_factory=list)
+
+    def note(self, line: str) -> None:
+        """Take one comment line."""
+        self.lines.append(line)
+        if line.startswith(_START):
+            self.start = _number(line[len(_START) :].strip()) or 0.0
+        elif line.startswith(_MARKED):
+            self.marked = True
 
 
 class AlogLine(NamedTuple):
@@ -134,23 +144,30 @@ def _word(text: str) -> str:
 def parse_entry(line: str, *, marked: bool = False) -> AlogEntry | None:
     """One entry from a line; None if the line does not begin with a time, a variable and a source."""
     columns = line.split(None, 3)
-    if len(columns) < 3 or columns[0][0] not in "-+.0123456789":
+    count = len(columns)
+    if count < 3:
         return None
     try:
         time = float(columns[0])
     except ValueError:
         return None
-    value = columns[3].rstrip() if len(columns) > 3 else ""
+    if columns[0][0] not in _DIGITS:
+        return None
+    value = columns[3].rstrip() if count == 4 else ""
     if marked and value[:2] in ("D:", "S:"):
         kind, value = value[0], value[2:]
         return AlogEntry(time, columns[1], columns[2], value, _number(value) if kind == "D" else None)
-    return AlogEntry(time, columns[1], columns[2], value, _number(value))
+    number = None
+    # The first character decides most cases without the cost of an exception.
+    if value and value[0] in _NUMERIC and "_" not in value:
+        try:
+            number = float(value)
+        except ValueError:
+            number = None
+    return AlogEntry(time, columns[1], columns[2], value, number)
 
 
 def _number(text: str) -> float | None:
-    # The first character decides most cases without the cost of an exception.
-    if not text or text[0] not in "-+.0123456789ni":
-        return None
     try:
         return float(text) if "_" not in text else None
     except ValueError:
@@ -162,12 +179,8 @@ def read_lines(lines: Iterable[str], header: AlogHeader | None = None) -> Iterat
     head = header if header is not None else AlogHeader()
     for text in lines:
         text = text.rstrip("\r\n")
-        if text.startswith("%"):
-            head.lines.append(text)
-            if text.startswith(_START):
-                head.start = _number(text[len(_START) :].strip()) or 0.0
-            elif text.startswith(_MARKED):
-                head.marked = True
+        if text[:1] == "%":
+            head.note(text)
             yield AlogLine(text, None)
         else:
             yield AlogLine(text, parse_entry(text, marked=head.marked))
@@ -175,16 +188,20 @@ def read_lines(lines: Iterable[str], header: AlogHeader | None = None) -> Iterat
 
 def read_entries(lines: Iterable[str], header: AlogHeader | None = None) -> Iterator[AlogEntry]:
     """The entries of a log in file order; lines that continue a value are joined to it by line feeds."""
+    head = header if header is not None else AlogHeader()
     pending: AlogEntry | None = None
     more: list[str] = []
-    for line in read_lines(lines, header):
-        if line.entry is None:
-            if pending is not None and not line.is_comment:
-                more.append(line.text)
-            continue
-        if pending is not None:
-            yield _joined(pending, more)
-        pending, more = line.entry, []
+    for text in lines:
+        entry = None if text[:1] == "%" else parse_entry(text, marked=head.marked)
+        if entry is not None:
+            if pending is not None:
+                yield _joined(pending, more) if more else pending
+                more = []
+            pending = entry
+        elif text[:1] == "%":
+            head.note(text.rstrip("\r\n"))
+        elif pending is not None:
+            more.append(text.rstrip("\r\n"))
     if pending is not None:
         yield _joined(pending, more)
 

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import threading
-
 import pytest
+from served_database import serve
 
 from pymoos_lite.config.moos_file import parse_mission
-from pymoos_lite.core.clock import RealClock
-from pymoos_lite.core.database import Database
-from pymoos_lite.core.message import Message
-from pymoos_lite.hosts.ports import DatabaseServer, free_port
+from pymoos_lite.hosts.ports import free_port
 from pymoos_lite.tools.may_finish import FinishRule, main, rule_of
 
 BLOCK = "ProcessConfig = uMayFinish\n{\nfinish_var = DONE\nfinish_val = 2\nmax_db_uptime = 100\n}\n"
@@ -38,36 +34,13 @@ def test_verdicts(name, value, verdict):
     assert FinishRule("DONE", "2").verdict("DONE", 2.0) == 0
 
 
-def serve(arguments, post=None, uptime=0.0):
-    """Exit status of uMayFinish beside a database that posts `post` as soon as it has a client."""
-    clock = RealClock()
-    database = Database("abe", clock.now() - uptime)
-    server = DatabaseServer(database, clock)
-    _, port = server.address
-    status = []
-    thread = threading.Thread(target=lambda: status.append(main([f"--port={port}", *arguments])))
-    thread.start()
-    posted = False
-    try:
-        while thread.is_alive():
-            server.pump(0.02)
-            if post and not posted and database.clients():
-                posted = True
-                database.publish("x", Message(*post, clock.now(), "x"), clock.now())
-                server.flush()
-    finally:
-        server.close()
-        thread.join()
-    return status[0]
-
-
 def test_it_ends_well_when_the_mission_has_been_evaluated(capsys):
-    assert serve([], ("MISSION_EVALUATED", "true")) == 0
+    assert serve(main, [], [("MISSION_EVALUATED", "true")]) == 0
     assert capsys.readouterr().out == "finished: MISSION_EVALUATED = true\n"
 
 
 def test_it_ends_badly_when_the_database_is_older_than_allowed(capsys):
-    assert serve(["--max_time=50"], uptime=60.0) == 1
+    assert serve(main, ["--max_time=50"], uptime=60.0) == 1
     assert capsys.readouterr().out.startswith("not finished after 50 s: DB_UPTIME = 6")
 
 
