@@ -41,10 +41,12 @@ class OpRegionRecover(Behavior):
     INFO = ("NAV_X", "NAV_Y", "NAV_HEADING", "NAV_SPEED")
     PARAMETERS = Declaration(
         (
-            forms.polygon("polygon", "The region to come back into; convex."),
+            forms.polygon("polygon", "The region to come back into; convex.", "region"),
             forms.number("buffer_dist", 0.0, "m", "The region is widened by so much."),
             forms.variable("dynamic_region_var", "", "Variable that brings new polygons."),
-            forms.variable("reset_var", "", "A fresh true in it forgets that the region was entered."),
+            forms.variable(
+                "reset_var", "", "A fresh true or poly in it forgets that the region was entered."
+            ),
             forms.number(
                 "trigger_entry_time", 1.0, "s", "The region counts once it was entered for so long."
             ),
@@ -84,7 +86,11 @@ class OpRegionRecover(Behavior):
                 self.warn(f"{variable}: {error}")
             else:
                 self._define_region()
-        if reset and self.buffer.updated(reset) and (self.buffer.text(reset) or "").lower() == "true":
+        if (
+            reset
+            and self.buffer.updated(reset)
+            and (self.buffer.text(reset) or "").lower() in ("true", "poly")
+        ):
             self.region_watch.restart()
             self._side = "none"
 
@@ -99,7 +105,9 @@ class OpRegionRecover(Behavior):
     def on_run(self) -> IvPFunction | None:
         own, region, watch = self.own, self.region, self.region_watch
         if region is None:
-            self.warn("no polygon is given")
+            if not self.config.dynamic_region_var:
+                self.warn("no polygon is given")
+            self.why = "there is no region"
             return None
         inside = region.contains(own.x, own.y)
         watch.update(inside, self.now, self.config.trigger_entry_time)

@@ -148,6 +148,18 @@ APPS: tuple[Entry, ...] = (
         ("auto_poke",),
         "Posts flags once enough vehicles have reported.",
     ),
+    Entry(
+        "pAutoPoke",
+        "pymoos_lite.apps.auto_poke:AutoPoke",
+        ("auto_poke",),
+        "Posts flags once enough vehicles have reported.",
+    ),
+    Entry(
+        "pProxonoi",
+        "pymoos_lite.marine.proxonoi:Proxonoi",
+        ("pProxonoi2", "proxonoi"),
+        "Cuts the own cell out of a region shared with others.",
+    ),
     Entry("pHelmIvP", "ivp_helm.app:Helm", ("helm",), "Decides heading and speed by interval programming."),
     Entry(
         "pOpinionManager",
@@ -242,6 +254,16 @@ BEHAVIORS: tuple[Entry, ...] = (
         "behaviors.deliberate_failure:TestFailure",
         (),
         "Fails on purpose, to test watchdogs.",
+    ),
+    Entry("BHV_MoveToRegion", "behaviors.move_to_region:MoveToRegion", (), "Goes into a region."),
+    Entry(
+        "BHV_Voronoi", "behaviors.voronoi:Voronoi", ("BHV_Voronoi2",), "Goes to the middle of the own cell."
+    ),
+    Entry(
+        "BHV_SearchControl",
+        "behaviors.region_search:SearchControl",
+        ("BHV_RegionSearchControl",),
+        "Keeps moving inside a region.",
     ),
 )
 # fmt: on

@@ -6,7 +6,7 @@ missions written for nsplug and a launch script work as they are.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -114,8 +114,14 @@ def find_fleet(name: str) -> Path:
     return path
 
 
-def load_fleet(path: Path, vehicles: int | None = None, seed: int | None = None) -> FleetFile:
-    """Read a fleet file; its problems are in it.
+def load_fleet(
+    path: Path,
+    vehicles: int | None = None,
+    seed: int | None = None,
+    presets: Sequence[str] = (),
+    macros: Mapping[str, str] | None = None,
+) -> FleetFile:
+    """Read a fleet file; its problems are in it. Arguments as in `parse_fleet`.
 
     Raises:
         MissionError: it cannot be opened.
@@ -124,7 +130,7 @@ def load_fleet(path: Path, vehicles: int | None = None, seed: int | None = None)
         text = path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
         raise MissionError(f"{path}: {error.strerror or error}") from None
-    return parse_fleet(text, shown_path(path), vehicles, seed)
+    return parse_fleet(text, shown_path(path), vehicles, seed, presets, macros)
 
 
 def plan_fleet(

@@ -330,6 +330,7 @@ class RemoteClient:
             limits=replace(limits, link=replace(limits.link, path=path, window=window)),
         )
         self._unsent_posts = 0
+        self._turned = self.clock.wall()
 
     @property
     def connected(self) -> bool:
@@ -410,13 +411,18 @@ class RemoteClient:
         return delivered
 
     def _turn(self) -> None:
-        # Received first: after a pause the signs of life that came meanwhile must count.
         wall = self.clock.wall()
-        receive = self.session.receive
+        session = self.session
+        if wall - self._turned < _PAUSE:
+            # What was posted leaves first. After a pause, though, the signs of life that came
+            # meanwhile must be heard before the session may judge silence.
+            self.endpoint.send_to_peer(session.datagrams(wall))
+        self._turned = wall
+        self._unsent_posts = 0
         for datagram, _ in self.endpoint.receive():
-            receive(datagram, wall)
+            session.receive(datagram, wall)
         if self.endpoint.unreachable:
             self.endpoint.unreachable = False
-            self.session.lose_contact("nobody listens at the database's address", wall)
-        self._unsent_posts = 0
-        self.endpoint.send_to_peer(self.session.datagrams(wall))
+            session.lose_contact("nobody listens at the database's address", wall)
+        if session.next_deadline() <= wall:
+            self.endpoint.send_to_peer(session.datagrams(wall))

@@ -220,7 +220,7 @@ def main() -> int:
     )
     try:
         if name == DATABASE:
-            return _serve_database(RealtimeHost(plan, options, clock))
+            return _serve_database(RealtimeHost(plan, options, clock, _say))
         app = next(a for a in plan.apps if a.name == name)
         host = run_app(plan, app, options, (order["host"], order["port"]), clock)
         stop_with_stdin(host.stop)
@@ -232,6 +232,10 @@ def main() -> int:
         print(describe_failure(plan.community, name, error, "its process"), file=sys.stderr, flush=True)
         return FAILED_STATUS
     return 0
+
+
+def _say(text: str) -> None:
+    print(text, flush=True)
 
 
 def _serve_database(host: RealtimeHost) -> int:

@@ -8,7 +8,13 @@ from pathlib import Path
 
 from pymoos_lite.config.problems import Problem
 from pymoos_lite.hosts.plan import CommunityPlan
-from pymoos_lite.tools.mission import MissionError, add_mission_arguments, load_plan, parse_settings
+from pymoos_lite.tools.mission import (
+    MissionError,
+    add_mission_arguments,
+    load_plan,
+    parse_macros,
+    parse_settings,
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -43,7 +49,8 @@ def _check_fleet(args: argparse.Namespace) -> int:
     with tempfile.TemporaryDirectory(prefix="pymoos_check_") as out:
         try:
             path = find_fleet(args.mission)
-            fleet = load_fleet(path, args.vehicles)
+            macros = parse_macros(args.macro)
+            fleet = load_fleet(path, args.vehicles, None, args.preset, macros)
             plan = plan_fleet(fleet, path.resolve().parent, Path(out), settings=parse_settings(args.set))
         except MissionError as error:
             print(error, file=sys.stderr)

@@ -21,6 +21,7 @@ from pymoos_lite.tools.mission import (
     EndCondition,
     MissionError,
     end_condition,
+    parse_macros,
     parse_settings,
     report_problems,
 )
@@ -34,7 +35,7 @@ def run(args: argparse.Namespace) -> int:
     log_dir: Path = args.log_dir or Path("logs")
     try:
         path = find_fleet(args.mission)
-        fleet = load_fleet(path, args.vehicles, args.seed)
+        fleet = load_fleet(path, args.vehicles, args.seed, args.preset, parse_macros(args.macro))
         if args.warp is not None:
             fleet = replace(fleet, warp=args.warp)
         check_warp(fleet.warp)

@@ -15,8 +15,14 @@ from pymoos_lite.hosts.fleet import (
     plan_fleet,
 )
 from pymoos_lite.hosts.lockstep import Lockstep
-from pymoos_lite.tools.mission import MissionError, end_condition, parse_settings, report_problems
-from pymoos_lite.tools.sim import Progress, parse_poke
+from pymoos_lite.tools.mission import (
+    MissionError,
+    end_condition,
+    parse_macros,
+    parse_settings,
+    report_problems,
+)
+from pymoos_lite.tools.sim import DEFAULT_DURATION, Progress, parse_poke
 
 REPORT_VARIABLE = "MISSION_REPORT"
 """What a mission posts at the shoreside for people to read at its end."""
@@ -26,7 +32,9 @@ def run(args: argparse.Namespace) -> int:
     """Run the fleet that ``args.mission`` means; the exit status."""
     try:
         path = find_fleet(args.mission)
-        fleet = load_fleet(path, args.vehicles, args.seed)
+        fleet = load_fleet(path, args.vehicles, args.seed, args.preset, parse_macros(args.macro))
+        if args.duration is None:
+            args.duration = fleet.duration or DEFAULT_DURATION
         plan = plan_fleet(
             fleet, path.resolve().parent, args.log_dir, warp=1.0, settings=parse_settings(args.set)
         )

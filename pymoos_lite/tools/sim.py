@@ -17,11 +17,16 @@ from pymoos_lite.tools.mission import (
 )
 from pymoos_lite.tools.values import typed_value
 
+DEFAULT_DURATION = 600.0
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_mission_arguments(parser)
     parser.add_argument(
-        "--duration", type=float, default=600.0, metavar="S", help="mission seconds to run (default 600)"
+        "--duration",
+        type=float,
+        metavar="S",
+        help=f"mission seconds to run (default {DEFAULT_DURATION:.0f}, or the fleet file's)",
     )
     parser.add_argument(
         "--until", metavar="COND", help="end earlier when this condition holds, e.g. 'RETURNED = true'"
@@ -48,6 +53,8 @@ def run(args: argparse.Namespace) -> int:
         from pymoos_lite.tools import fleet_sim
 
         return fleet_sim.run(args)
+    if args.duration is None:
+        args.duration = DEFAULT_DURATION
     from pymoos_lite.hosts.lockstep import Lockstep
 
     try:
