@@ -291,3 +291,44 @@ def test_lean_communication_draws_nothing():
         helm = rig(visual_hints=f"edge_color = {hidden}")
         helm.iterate()
         assert helm.posted("VIEW_SEGLIST") == []
+
+
+# --- the closing-rate function ----------------------------------------------------------------------------
+
+
+def slow_closing_rate(course: float, speed: float, bearing: float, wanted: float, top: float) -> float:
+    """The twin, written out for one course and speed."""
+    off = abs((course - bearing + 180.0) % 360.0 - 180.0)
+    short = wanted - math.cos(math.radians(off)) * speed
+    if short < 0.0:
+        short = -short / 2.0
+    short = min(short, 2.0 * top)
+    return 0.8 * 100.0 * (1.0 - short / (2.0 * top)) + 0.2 * 100.0 * (1.0 - off * speed / (180.0 * top))
+
+
+@pytest.mark.parametrize(("x", "heading", "speed"), [(0.0, 0.0, 2.0), (80.0, 300.0, 4.0), (-300.0, 77.0, 1.0)])
+def test_the_closing_rate_function_is_near_its_formula_everywhere(x, heading, speed):
+    helm = rig(points="0,500", ipf_type="roc", speed=speed)
+    helm.own(x=x, heading=heading, speed=1)
+    helm.iterate()
+    function = helm.outcome("w").function
+    bearing = math.degrees(math.atan2(-x, 500.0)) % 360.0
+    exact = [
+        [slow_closing_rate(c, v, bearing, speed, 5.0) for v in function.domain["speed"].values()]
+        for c in function.domain["course"].values()
+    ]
+    least, most = min(map(min, exact)), max(map(max, exact))
+    table = function.table()
+    errors = [
+        abs(table[i][j] - (value - least) * 100.0 / (most - least))
+        for i, row in enumerate(exact)
+        for j, value in enumerate(row)
+    ]
+    assert max(errors) <= 0.5 + 0.5  # half a point of the build, half of stretching to the pieces' own extremes
+    assert sum(errors) / len(errors) <= 0.15
+
+
+def test_build_info_of_the_user_wins_over_the_defaults():
+    few = rig(points="0,500", ipf_type="roc", build_info="uniform_amount=20 # smart_amount=0")
+    few.iterate()
+    assert few.outcome("w").function.pieces <= 20
