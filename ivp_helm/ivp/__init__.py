@@ -5,6 +5,7 @@ from ivp_helm.ivp.domain import Domain, DomainEntry, Variable, parse_entry
 from ivp_helm.ivp.errors import IvPError
 from ivp_helm.ivp.function import IvPFunction, constant
 from ivp_helm.ivp.solver import Solution, Status, decision_domain, solve, solve_exhaustive
+from ivp_helm.ivp.tabled import from_table
 from ivp_helm.ivp.warm import warm_up
 from ivp_helm.ivp.zaic import Peak, zaic_hdg, zaic_heq, zaic_leq, zaic_peak, zaic_spd, zaic_vector
 
@@ -20,6 +21,7 @@ __all__ = [
     "constant",
     "couple",
     "decision_domain",
+    "from_table",
     "parse_entry",
     "solve",
     "solve_exhaustive",

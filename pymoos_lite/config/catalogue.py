@@ -87,5 +87,10 @@ BEHAVIORS: tuple[Entry, ...] = (
         (),
         "Steers back into a region, stops outside.",
     ),
+    Entry("BHV_AvoidCollision", "behaviors.avoid_collision:AvoidCollision", (), "Keeps away from another vessel."),
+    Entry("BHV_CutRange", "behaviors.cut_range:CutRange", (), "Pursues another vessel."),
+    Entry("BHV_Trail", "behaviors.trail:Trail", (), "Keeps a place relative to another vessel."),
+    Entry("BHV_Shadow", "behaviors.shadow:Shadow", (), "Takes the course and speed of another vessel."),
+    Entry("BHV_Convoy", "behaviors.convoy:Convoy", (), "Follows in another vessel's wake."),
 )
 # fmt: on
