@@ -111,7 +111,7 @@ class ContactBehavior(Behavior):
             return None
         if config.exit_on_filter_vtype and not self.filter.passes_word("type", contact.type):
             return "filter_vtype"
-        if config.exit_on_filter_group and not self.filter.passes_word("group", contact.group):
+        if config.exit_on_filter_group and not self.filter.passes_word("group", contact.report.group):
             return "filter_group"
         if config.exit_on_filter_region and not self.filter.passes_place(contact.x, contact.y):
             return "filter_region"
@@ -212,7 +212,7 @@ class ContactBehavior(Behavior):
         if name == "CN_NAME":
             return str(self.config.contact)
         if self.contact is not None and name in ("CN_VTYPE", "CN_GROUP"):
-            return self.contact.type if name == "CN_VTYPE" else self.contact.group
+            return self.contact.type if name == "CN_VTYPE" else self.contact.report.group
         return None
 
     # --- parameters ---------------------------------------------------------------------------------------

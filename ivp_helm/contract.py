@@ -109,7 +109,7 @@ def check_function(function: IvPFunction, domain_names: Sequence[str], findings:
     must = findings.must
     must(set(function.domain.names) <= set(domain_names), "functions are over variables of the helm's domain")
     must(isfinite(function.minimum) and isfinite(function.maximum), "utilities are finite")
-    must(-1e4 <= function.minimum and function.maximum <= 1e4, "utilities are of the order of 0 to 100")
+    must(function.minimum >= -1e4 and function.maximum <= 1e4, "utilities are of the order of 0 to 100")
     must(function.coverage()[0] == 0, "functions cover every point of their domain")
     must(isfinite(function.weight) and function.weight > 0.0, "weights are finite")
 

@@ -28,6 +28,7 @@ from pymoos_lite.config.mission import ConfigLine
 from pymoos_lite.core.message import Message, Value, as_value
 
 DOMAIN = ("course:0:359:360", "speed:0:5:21")
+DEPTH = "depth:0:100:101:optional"
 START = 1_700_000_000.0
 Parameters = Mapping[str, object] | Sequence[tuple[str, object]]
 
@@ -194,7 +195,7 @@ def check_behavior(
     cls: type[Behavior],
     parameters: Parameters | None = None,
     *,
-    domain: Sequence[str] = DOMAIN,
+    domain: Sequence[str] | None = None,
     contacts: Sequence[Mapping[str, Any]] = (),
     clocks: Sequence[str] = (),
 ) -> None:
@@ -202,8 +203,9 @@ def check_behavior(
 
     It is documented; refuses nonsense; runs without errors in random situations; its functions are finite,
     sound and over the domain; it is silent while idle; does no I/O and reads no clock; changes nothing but by
-    posting; and does the same when everything is repeated. `domain` must hold its variables, `contacts`
-    (name, x, y, heading, speed) whom its parameters name, `clocks` the variables in which it tells the time
+    posting; and does the same when everything is repeated. `domain` is by default course and speed, and
+    depth if it needs that; it must hold the behaviour's variables. `contacts`
+    are those (name, x, y, heading, speed) whom its parameters name, `clocks` the variables in which it tells the time
     even while idle.
 
     Raises:
@@ -216,8 +218,11 @@ def check_behavior(
         pairs.insert(0, ("name", "subject"))
     pairs.append(("condition", f"{contract.SWITCH} = true"))
 
+    if domain is None:
+        domain = (*DOMAIN, DEPTH) if "depth" in cls.VARIABLES else DOMAIN
+
     def make() -> HelmRig:
-        return HelmRig([(cls, pairs)], domain=domain, turn_model="")
+        return HelmRig([(cls, pairs)], domain=domain)
 
     try:
         behavior = next(life.behavior for life in make().core.population)

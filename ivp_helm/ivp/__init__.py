@@ -1,9 +1,11 @@
 """Interval programming on its own: domains, piecewise functions, builders, an exact solver."""
 
+from ivp_helm.ivp.codec import decode, encode
 from ivp_helm.ivp.coupler import couple
 from ivp_helm.ivp.domain import Domain, DomainEntry, Variable, parse_entry
 from ivp_helm.ivp.errors import IvPError
 from ivp_helm.ivp.function import IvPFunction, constant
+from ivp_helm.ivp.packets import Joiner, join_packets, split_packets
 from ivp_helm.ivp.solver import Solution, Status, decision_domain, solve, solve_exhaustive
 from ivp_helm.ivp.tabled import from_table
 from ivp_helm.ivp.warm import warm_up
@@ -14,6 +16,7 @@ __all__ = [
     "DomainEntry",
     "IvPError",
     "IvPFunction",
+    "Joiner",
     "Peak",
     "Solution",
     "Status",
@@ -21,10 +24,14 @@ __all__ = [
     "constant",
     "couple",
     "decision_domain",
+    "decode",
+    "encode",
     "from_table",
+    "join_packets",
     "parse_entry",
     "solve",
     "solve_exhaustive",
+    "split_packets",
     "warm_up",
     "zaic_hdg",
     "zaic_heq",

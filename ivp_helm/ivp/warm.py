@@ -5,7 +5,7 @@ from __future__ import annotations
 from ivp_helm.ivp.coupler import couple
 from ivp_helm.ivp.domain import Domain
 from ivp_helm.ivp.function import constant
-from ivp_helm.ivp.solver import solve
+from ivp_helm.ivp.solver import Method, solve
 from ivp_helm.ivp.zaic import Peak, zaic_hdg, zaic_leq, zaic_peak, zaic_spd
 
 _warm = False
@@ -28,6 +28,7 @@ def warm_up() -> None:
     joint.evaluate([[0, 0, 0]])
     joint.table()
     functions = [joint, zaic_leq(domain, "depth", 20, 5), constant(domain.subdomain("speed"), 5.0)]
-    for method in ("sweep", "search"):
+    methods: tuple[Method, ...] = ("sweep", "search")
+    for method in methods:
         solve(domain, functions, method=method)
     _warm = True

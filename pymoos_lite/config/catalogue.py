@@ -63,6 +63,8 @@ APPS: tuple[Entry, ...] = (
     Entry("pMissionHash", "pymoos_lite.apps.mission_hash:MissionHashApp", ("mission_hash",), "Names a run."),
     Entry("pAutoPoke", "pymoos_lite.apps.auto_poke:AutoPoke", ("auto_poke",),
           "Posts flags once enough vehicles have reported."),
+    Entry("pProxonoi", "pymoos_lite.marine.proxonoi:Proxonoi", ("pProxonoi2", "proxonoi"),
+          "Cuts the own cell out of a region shared with others."),
     Entry("pHelmIvP", "ivp_helm.app:Helm", ("helm",), "Decides heading and speed by interval programming."),
     Entry("pOpinionManager", "opinion_engine.app:OpinionManager", ("opinion_manager",),
           "Integrates this vehicle's opinions."),
@@ -92,5 +94,10 @@ BEHAVIORS: tuple[Entry, ...] = (
     Entry("BHV_Trail", "behaviors.trail:Trail", (), "Keeps a place relative to another vessel."),
     Entry("BHV_Shadow", "behaviors.shadow:Shadow", (), "Takes the course and speed of another vessel."),
     Entry("BHV_Convoy", "behaviors.convoy:Convoy", (), "Follows in another vessel's wake."),
+    Entry("BHV_OpRegionRecover", "behaviors.op_region_recover:OpRegionRecover", (), "Steers back into a region."),
+    Entry("BHV_MoveToRegion", "behaviors.move_to_region:MoveToRegion", (), "Goes into a region."),
+    Entry("BHV_Voronoi", "behaviors.voronoi:Voronoi", ("BHV_Voronoi2",), "Goes to the middle of the own cell."),
+    Entry("BHV_SearchControl", "behaviors.region_search:SearchControl", ("BHV_RegionSearchControl",),
+          "Keeps moving inside a region."),
 )
 # fmt: on

@@ -58,6 +58,7 @@ _TRIES_PER_CONNECTION = 6
 _CLASH_RETRY = 0.5
 _MAX_EVENTS = 1000
 _MAX_NAMES = 100_000
+_PLAIN_TEXT = 4096  # text up to here needs no look at its encoded length, if it is ASCII
 _UNFINISHED_VALUE = 64  # room in a parcel for everything but value, name and aux
 
 
@@ -232,12 +233,13 @@ class ClientSession:
             ValueError: empty or overlong name or aux, a value over the limit, a time that is no number.
             TypeError: a value that is none of number, boolean, text or bytes.
         """
-        kind = type(value)
-        size = ROW_BYTES
-        if kind is not float:
+        if type(value) is float:
+            size = ROW_BYTES
+        elif type(value) is str and len(value) <= _PLAIN_TEXT and value.isascii():
+            size = ROW_BYTES + len(value)
+        else:
             value = as_value(value)
-            if type(value) is not float:
-                size += self._size_of(name, value)
+            size = self._size_of(name, value)
         if name not in self._names:
             self._learn_name(name)
         if aux and (type(aux) is not str or len(aux) > MAX_AUX or not is_text(aux)):
@@ -252,9 +254,7 @@ class ClientSession:
         """Queue a message of somebody else, source and community kept, as bridges do; else like `post`."""
         name, value, time, source, aux, community = message
         checked = as_value(value)
-        size = ROW_BYTES
-        if type(checked) is not float:
-            size += self._size_of(name, checked)
+        size = self._size_of(name, checked)
         if name not in self._names:
             self._learn_name(name)
         for text, longest in ((aux, MAX_AUX), (source, MAX_VARIABLE), (community, MAX_VARIABLE)):
@@ -281,7 +281,9 @@ class ClientSession:
         return True
 
     def _size_of(self, name: str, value: Value) -> int:
-        assert not isinstance(value, float)
+        """What `value` counts for in the queue; refuses what no link carries."""
+        if isinstance(value, float):
+            return ROW_BYTES
         size = len(value)
         limit = self.limits.link.max_record - MAX_AUX - MAX_VARIABLE - _UNFINISHED_VALUE
         if isinstance(value, str) and not value.isascii():
@@ -291,7 +293,7 @@ class ClientSession:
                 size = len(value.encode("utf-8", "surrogateescape"))
         if size > limit:
             raise ValueError(f"the value of {name} has {size} bytes, allowed are {limit}")
-        return size
+        return ROW_BYTES + size
 
     def _learn_name(self, name: str) -> None:
         check_variable(name)

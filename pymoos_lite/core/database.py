@@ -18,6 +18,7 @@ SYSTEM_PERIOD = 2.0
 """Mission seconds between two updates of the `DB_*` variables."""
 
 MAX_REFUSALS_KEPT = 20
+MAX_REMEMBERED = 1000
 
 
 class NameClashError(Exception):
@@ -104,6 +105,7 @@ class Database:
         self._throttled: dict[Route, None] = {}
         self._next_system = now
         self._system_wanted: frozenset[str] = frozenset()
+        self._unwritten: dict[str, bool] = {}
 
     # --- clients -----------------------------------------------------------------------------
 
@@ -131,6 +133,7 @@ class Database:
         if self._clients.pop(client, None) is None:
             return
         self.statistics.disconnects += 1
+        self._unwritten.clear()
         self._rebuild_all_routes()
         text = f"disconnected={client}" + (f",reason={reason}" if reason else "")
         self._post(Message("DB_EVENT", text, now, self.name, "", self.community), now)
@@ -284,6 +287,20 @@ class Database:
         """Connected clients, oldest first."""
         return iter(self._clients.values())
 
+    def has_subscriber(self, name: str) -> bool:
+        """Whether any client would be sent posts of the variable."""
+        record = self._records.get(name)
+        if record is not None:
+            return bool(record.direct or record.filtered)
+        # Asked many times a second for variables that are not posted because nobody wants them.
+        wanted = self._unwritten.get(name)
+        if wanted is None:
+            wishes = (s for c in self._clients.values() for s in c.subscriptions.values())
+            wanted = any(s.wants_variable(name) for s in wishes)
+            if len(self._unwritten) < MAX_REMEMBERED:
+                self._unwritten[name] = wanted
+        return wanted
+
     def published_by(self, client: str) -> list[str]:
         """Variables that the client has posted, in order of its first posts."""
         record = self._clients.get(client)
@@ -341,6 +358,7 @@ class Database:
         record.filtered = filtered
 
     def _update_system_wanted(self) -> None:
+        self._unwritten.clear()
         wishes = [s for c in self._clients.values() for s in c.subscriptions.values()]
         self._system_wanted = frozenset(
             name for name in SYSTEM_VARIABLES if any(s.wants_variable(name) for s in wishes)

@@ -155,6 +155,7 @@ class Link:
         self._srtt: float | None = None
         self._rttvar = 0.0
         self._backoff = 0
+        self._probe_after = self._probe_interval()
         self._probe_at = math.inf
         self._cwnd = float(_INITIAL_SEGMENTS * self._segment_size)
         # Never so narrow that one lost datagram of three stops the flow of acknowledgements.
@@ -313,7 +314,7 @@ class Link:
         segment.sent_at = now
         segment.lost = False
         self._flight_bytes += segment.size
-        self._probe_at = now + self._probe_interval()
+        self._probe_at = now + self._probe_after
         seen = 0 if self._early else self._seen
         if not self._early:
             # This frame says all that an acknowledgement would.
@@ -360,6 +361,7 @@ class Link:
         if repeated:
             self.statistics.probes += 1
             self._backoff = min(self._backoff + 1, 16)
+            self._probe_after = self._probe_interval()
             if self._backoff >= 3:
                 self._decrease_window(now, now)
 
@@ -512,12 +514,13 @@ class Link:
             self._measure(max(0.0, now - newest.sent_at - held * 1e-6))
         if arrived_bytes:
             self._backoff = 0
+            self._probe_after = self._probe_interval()
             self._widen(arrived_bytes)
         if not segments:
             self._probe_at = math.inf
             return
         if arrived_bytes:
-            self._probe_at = now + self._probe_interval()
+            self._probe_at = now + self._probe_after
         if seen and (sack or segments[self._first].number + _REORDER_THRESHOLD <= seen):
             # `seen` and the rest of this frame are one moment's truth: a transmission well before
             # that frame, and not listed, did not arrive.

@@ -111,13 +111,15 @@ class _Peer:
         "name", "notices", "outbox", "parser", "quality_due", "received", "registrations", "welcome",
     )  # fmt: skip
 
-    def __init__(self, name: str, identity: bytes, mailbox: list[Message], received: int) -> None:
+    def __init__(
+        self, name: str, identity: bytes, mailbox: list[Message], received: int, community: str
+    ) -> None:
         self.name = name
         self.identity = identity
         self.mailbox = mailbox
         self.received = received  # number of the last parcel taken from this identity
         self.outbox = Outbox()
-        self.parser = Parser(name)
+        self.parser = Parser(name, community)
         self.registrations: set[tuple[str, str]] = set()
         self.notices: dict[tuple[str, str], int] = {}
         self.address: Address = None
@@ -325,7 +327,8 @@ class ServerSession:
                 self._refuse(RefusalCode.NAME_CLASH, str(clash), connection, address)
                 return
             received = self._remembered.pop(frame.identity, 0)
-            peer = _Peer(frame.name, frame.identity, mailbox, received)
+            community = self.database.community
+            peer = _Peer(frame.name, frame.identity, mailbox, received, community)
             self._by_name[frame.name] = peer
             self.statistics.admitted += 1
         if self._gathered_at is None and frame.server not in (b"", self.identity):

@@ -32,7 +32,7 @@ from pymoos_lite.field.routes import (
     parse_output_fields,
 )
 from pymoos_lite.field.share_report import Destination, Drops, Input, share_report
-from pymoos_lite.records.csp import clip
+from pymoos_lite.records.csp import clip, parse_number
 
 SUMMARY_PERIOD = 1.0
 REOPEN_PERIOD = 5.0
@@ -49,6 +49,19 @@ def _checked_output(text: str) -> str:
 def _checked_input(text: str) -> str:
     parse_input(text, Channels())
     return text
+
+
+def parse_outage(text: str) -> tuple[float, float]:
+    """``4200:5700``: mission seconds since the start.
+
+    Raises:
+        ValueError: another form, or an end before its beginning.
+    """
+    begin, colon, end = text.partition(":")
+    times = parse_number(begin.strip()), parse_number(end.strip())
+    if not colon or times[0] is None or times[1] is None or not 0.0 <= times[0] < times[1]:
+        raise ValueError("expected BEGIN:END in mission seconds since the start")
+    return times[0], times[1]
 
 
 class ShareApp(App):
@@ -111,6 +124,15 @@ class ShareApp(App):
                 "",
                 "Phrase that all communities share: datagrams are sealed with it, others refused. "
                 "Clocks must agree to within a minute.",
+            ),
+            Parameter(
+                "outage",
+                "custom",
+                doc="Simulates a broken radio: from BEGIN to END, in mission seconds since the start, nothing is sent "
+                "and nothing taken in.",
+                parse=parse_outage,
+                repeated=True,
+                example="4200:5700",
             ),
             Parameter(
                 "allow_from",
@@ -223,11 +245,18 @@ class ShareApp(App):
                     self._dispatch(destination, payload)
 
     def _dispatch(self, destination: Destination, payload: object) -> None:
+        if self.config.outage and self._silent():
+            self.drops.silenced += 1
+            return
         port = self._sending_port()
         destination.datagrams += 1
         destination.bytes += getattr(payload, "size", 0) or len(payload)  # type: ignore[arg-type]
         if port is None or not port.send(payload, destination.address):  # type: ignore[arg-type]
             destination.failed += 1
+
+    def _silent(self) -> bool:
+        """Whether an `outage` is on."""
+        return any(begin <= self.now - self.started < end for begin, end in self.config.outage)
 
     def _sending_port(self) -> DatagramPort | None:
         """Datagrams leave from the first place we listen at, so that receivers know whom they hear."""
@@ -244,6 +273,9 @@ class ShareApp(App):
     # --- in ----------------------------------------------------------------------------------
 
     def on_datagrams(self, port: DatagramPort, datagrams: Datagrams) -> None:
+        if self.config.outage and self._silent():
+            self.drops.silenced += len(datagrams)
+            return
         entry = next((i for i in self.inputs if i.port is port), None)
         wall = self.clock.wall()
         for payload, sender in datagrams:
@@ -335,6 +367,7 @@ class ShareApp(App):
             raise RouteError(f"{endpoint}: {error.strerror or error}") from None
         # A share that starts again must not be taken for its predecessor, even with the same seed.
         stream = (self.random.getrandbits(53) ^ int(self.started * 1e6)) % MAX_NUMBER
+        self.inbox.own_streams.add(stream)
         outbox = Outbox(stream, self._budget, self._by_reference, self._key)
         return Destination(endpoint, (host, endpoint.port), outbox)
 

@@ -18,10 +18,26 @@ __all__ = [
     "add_mission_arguments",
     "end_condition",
     "load_plan",
+    "parse_macros",
     "parse_settings",
     "report_problems",
     "shipped_missions",
 ]
+
+
+def parse_macros(texts: Iterable[str]) -> dict[str, str]:
+    """``NAME=VALUE`` texts of ``--macro`` as a dictionary.
+
+    Raises:
+        MissionError: one has no ``=`` or no name.
+    """
+    macros = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals or not name.strip():
+            raise MissionError(f"--macro {text}: expected NAME=VALUE")
+        macros[name.strip()] = value.strip()
+    return macros
 
 
 class EndCondition:
@@ -65,7 +81,26 @@ def end_condition(plan: CommunityPlan, text: str | None) -> EndCondition | None:
 def add_mission_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments that `launch`, `sim` and `check` share."""
     parser.add_argument(
-        "mission", metavar="MISSION", help="a .moos file, a folder, or the name of a shipped mission"
+        "mission",
+        metavar="MISSION",
+        help="a .moos file, a fleet's .yaml file, a folder, or the name of a shipped mission",
+    )
+    parser.add_argument(
+        "--vehicles", type=int, metavar="N", help="how many vehicles (fleets only; default: as the file says)"
+    )
+    parser.add_argument(
+        "--preset",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="a preset of the fleet file (repeatable: the later ones win)",
+    )
+    parser.add_argument(
+        "--macro",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="a macro for every template of a fleet (repeatable)",
     )
     parser.add_argument(
         "--set",
