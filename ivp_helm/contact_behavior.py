@@ -123,15 +123,20 @@ class ContactBehavior(Behavior):
 
     # --- what this base lends -----------------------------------------------------------------------------
 
+    @property
+    def turns_at_once(self) -> bool:
+        """Whether closest approaches take own ship to be on its new course at once."""
+        return not self.config.use_plat_model or bool(self.surroundings.platform.model.is_holonomic)
+
     def cpa_table(self, meeting: RelativeState, horizon: float) -> NDArray[np.float64]:
         """Closest point of approach for every course and speed of the domain: shape (courses, speeds).
 
         With ``use_plat_model`` along own ship's turn onto each course, otherwise as if it turned at once.
         """
         courses, speeds = self.domain["course"].values(), self.domain["speed"].values()
-        model = self.surroundings.platform.model if self.config.use_plat_model else None
-        if model is None or model.is_holonomic:
+        if self.turns_at_once:
             return meeting.engine.cpa_grid(courses, speeds, horizon)
+        model = self.surroundings.platform.model
         table: NDArray[np.float64] = model.cpa_grid(meeting.engine, courses, speeds, horizon)
         return table
 

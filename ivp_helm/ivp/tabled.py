@@ -49,7 +49,9 @@ def from_table(
     if not (math.isfinite(least) and math.isfinite(most)):
         raise IvPError(f"function over {domain}: the table holds values that are not finite")
     if not (0.0 <= tolerance < math.inf and 0.0 <= extent < math.inf and math.isfinite(base)):
-        raise IvPError(f"function over {domain}: tolerance {tolerance}, base {base} or extent {extent} is wrong")
+        raise IvPError(
+            f"function over {domain}: tolerance {tolerance}, base {base} or extent {extent} is wrong"
+        )
     if dims == 1:
         u = u.reshape(-1, 1)
     # Taking the arrays out of the list is atomic, so two threads never share them.

@@ -32,9 +32,7 @@ def _is_flat(u: Array, i0: int, i1: int, j0: int, j1: int) -> bool:
 
 
 @njit(cache=True, error_model="numpy")
-def _fit(
-    u: Array, i0: int, i1: int, j0: int, j1: int, tolerance: float
-) -> tuple[float, float, float, float]:
+def _fit(u: Array, i0: int, i1: int, j0: int, j1: int, tolerance: float) -> tuple[float, float, float, float]:
     """Slopes per index, value at index (0, 0), and the largest error of the plane for a part.
 
     An error above the tolerance is the first one found, not the largest.
