@@ -20,6 +20,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar, Protocol
 
+from pymoos_lite.app.network import DatagramPort, Datagrams, Network
 from pymoos_lite.app.reporting import ReportLog
 from pymoos_lite.app.standard import STANDARD_PARAMETERS
 from pymoos_lite.config.mission import ConfigLine
@@ -61,6 +62,10 @@ class Connection(Protocol):
         """Names and patterns this client is registered for."""
         ...
 
+    def wanted(self, name: str) -> bool:
+        """Whether anybody hears posts of `name`; True where that cannot be known."""
+        ...
+
     def close(self, reason: str = "") -> None:
         """Leave the community."""
         ...
@@ -93,6 +98,8 @@ class AppContext:
     has_block: bool = True
     deterministic: bool = False
     """True in lockstep: nothing that differs between two equal runs may be posted."""
+    network: Network | None = None
+    """The way to other communities; None where a host offers none."""
 
 
 class App:
@@ -102,6 +109,8 @@ class App:
     DEFAULT_TICK: ClassVar[float] = 4.0
     BLOCK_OPTIONAL: ClassVar[bool] = False
     """True for apps that need no ProcessConfig block; others get a configuration warning."""
+    MAIL_DRIVEN: ClassVar[bool] = False
+    """True for apps that must not let mail wait for the next tick: iterate mode 2, unless configured."""
 
     def __init__(self, context: AppContext) -> None:
         self.context = context
@@ -111,6 +120,7 @@ class App:
         self.connection = context.connection
         self.log = ReportLog()
         self.iteration = 0
+        self.ports: list[DatagramPort] = []
         self.random = random.Random(
             None if context.seed is None else f"{context.seed}:{context.community}:{context.name}"
         )
@@ -134,6 +144,10 @@ class App:
 
     # --- hooks -------------------------------------------------------------------------------
 
+    @classmethod
+    def warm_up(cls) -> None:
+        """Called once per process before the mission's time begins: compile or load numerics here."""
+
     def on_start_up(self) -> None:
         """Called once, before anything else; `config` is bound. Raise to refuse to start."""
 
@@ -148,6 +162,9 @@ class App:
 
     def on_command(self, message: Message) -> None:
         """Called for mail of `<APP>_CMD` before `on_mail`, with `CatchCommandMessages = true`."""
+
+    def on_datagrams(self, port: DatagramPort, datagrams: Datagrams) -> None:
+        """Called when datagrams have come in at a port that `open_port` opened."""
 
     def iterate(self) -> None:
         """Called `AppTick` times per mission second."""
@@ -197,6 +214,24 @@ class App:
     def unregister(self, name: str) -> None:
         """Withdraw a registration; withdrawing an unknown one does nothing."""
         self.connection.unregister(name)
+
+    def open_port(self, port: int = 0, group: str = "") -> DatagramPort:
+        """Open a port for datagrams; what arrives there is handed to `on_datagrams`.
+
+        Raises:
+            OSError: the host has no network, the port is in use, or the group cannot be joined.
+        """
+        if self.context.network is None:
+            raise OSError("this host has no network for its apps")
+        opened = self.context.network.open(port, group)
+        self.ports.append(opened)
+        return opened
+
+    def close_ports(self) -> None:
+        """Close all ports of this app; hosts do so when it ends."""
+        for port in self.ports:
+            port.close()
+        self.ports.clear()
 
     # --- saying how it goes ------------------------------------------------------------------
 

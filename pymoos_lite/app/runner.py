@@ -53,6 +53,8 @@ class AppRunner:
         rate = app.tick_rate
         self.period = 1.0 / rate if rate > 0.0 else 1.0 / FREE_RUNNING_RATE
         self.mode = app.config.iteratemode if app.config.iteratemode in (0, 1, 2) else 0
+        if type(app).MAIL_DRIVEN and "iteratemode" not in app.given:
+            self.mode = 2
         max_rate = app.config.maxapptick
         self._min_gap = 1.0 / max_rate if max_rate > 0.0 else 0.0
         self._command = f"{app.name.upper()}_CMD" if app.config.catchcommandmessages else ""
@@ -91,6 +93,13 @@ class AppRunner:
             return min(self._next_iteration, self._last_iteration + self._min_gap)
         return self._next_iteration
 
+    def has_input(self, now: float) -> bool:
+        """Whether something has come that should not wait for the next tick."""
+        app = self.app
+        if app.connection.has_mail() and self.mail_due(now):
+            return True
+        return any(port.has_data for port in app.ports)
+
     def mail_due(self, now: float) -> bool:
         """Whether waiting mail may be handed over now rather than at the next tick."""
         return self.mode == 2 or (self.mode == 1 and now - self._last_iteration >= self._min_gap)
@@ -117,6 +126,10 @@ class AppRunner:
             mail = connection.take_mail()
             if mail:
                 self._deliver(mail)
+        if app.ports:
+            for port in tuple(app.ports):  # the app may open or close some on the way
+                if port.has_data:
+                    app.on_datagrams(port, port.receive())
         for notice in connection.take_notices():
             app.run_warning(notice)
         if self.mode == 1 and mail_due:
@@ -135,7 +148,10 @@ class AppRunner:
     def finish(self, now: float) -> None:
         """End the app in an orderly way."""
         self.app.now = now
-        self.app.on_quit()
+        try:
+            self.app.on_quit()
+        finally:
+            self.app.close_ports()
 
     # --- inside ------------------------------------------------------------------------------
 

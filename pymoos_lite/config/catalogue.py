@@ -22,55 +22,82 @@ class Entry:
     host: bool = False
 
 
+# fmt: off  (a line each)
 APPS: tuple[Entry, ...] = (
     Entry("MOOSDB", "", ("database",), "The community database; every host has one built in.", host=True),
     Entry("pLogger", "pymoos_lite.apps.logger:Logger", ("logger",), "Writes .alog, .slog and .xlog files."),
-    Entry(
-        "uProcessWatch",
-        "pymoos_lite.apps.process_watch:ProcessWatch",
-        ("process_watch",),
-        "Says which apps are missing.",
-    ),
-    Entry(
-        "uTimerScript",
-        "pymoos_lite.apps.timer_script:TimerScript",
-        ("timer_script",),
-        "Posts events by a timetable.",
-    ),
-    Entry(
-        "pEchoVar",
-        "pymoos_lite.apps.echo_var:EchoVar",
-        ("echo_var",),
-        "Posts variables again by other names.",
-    ),
-    Entry(
-        "uSimMarineV22",
-        "pymoos_lite.marine.simulator:Simulator",
-        ("uSimMarine", "simulator"),
-        "Simulates a vessel.",
-    ),
-    Entry(
-        "uSimMarineV23",
-        "pymoos_lite.marine.simulator:SimulatorV23",
-        (),
-        "Simulates a vessel with a sail or fan.",
-    ),
-    Entry(
-        "pMarinePIDV22",
-        "pymoos_lite.marine.pid_app:PidController",
-        ("pMarinePID", "pid"),
-        "Heading, speed and depth control.",
-    ),
-    Entry(
-        "pNodeReporter",
-        "pymoos_lite.marine.node_reporter:NodeReporter",
-        ("node_reporter",),
-        "Publishes node reports.",
-    ),
+    Entry("uProcessWatch", "pymoos_lite.apps.process_watch:ProcessWatch", ("process_watch",),
+          "Says which apps are missing."),
+    Entry("uTimerScript", "pymoos_lite.apps.timer_script:TimerScript", ("timer_script",),
+          "Posts events by a timetable."),
+    Entry("pEchoVar", "pymoos_lite.apps.echo_var:EchoVar", ("echo_var",), "Posts variables again by other names."),
+    Entry("uSimMarineV22", "pymoos_lite.marine.simulator:Simulator", ("simulator",), "Simulates a vessel."),
+    Entry("uSimMarineV23", "pymoos_lite.marine.simulator:SimulatorV23", (), "Simulates a vessel with a sail or fan."),
+    Entry("uSimMarine", "pymoos_lite.marine.simulator:LegacySimulator", (),
+          "Simulates a vessel as older missions expect it."),
+    Entry("pMarinePIDV22", "pymoos_lite.marine.pid_app:PidController", ("pid",), "Heading, speed and depth control."),
+    Entry("pMarinePID", "pymoos_lite.marine.pid_app:LegacyPidController", (), "Control as older missions expect it."),
+    Entry("pNodeReporter", "pymoos_lite.marine.node_reporter:NodeReporter", ("node_reporter",),
+          "Publishes node reports."),
+    Entry("pContactMgrV20", "pymoos_lite.marine.contact_manager:ContactManager", ("contact_manager",),
+          "Follows other vessels and alerts behaviours."),
+    Entry("pBasicContactMgr", "pymoos_lite.marine.contact_manager:BasicContactManager", (),
+          "The older name of the contact manager."),
+    Entry("pShare", "pymoos_lite.field.share:ShareApp", ("share",), "Bridges variables to other communities."),
+    Entry("pHostInfo", "pymoos_lite.field.host_info:HostInfo", ("host_info",),
+          "Says where this community can be reached."),
+    Entry("uFldNodeBroker", "pymoos_lite.field.node_broker:NodeBroker", ("node_broker",),
+          "A vehicle finds its shoreside."),
+    Entry("uFldShoreBroker", "pymoos_lite.field.shore_broker:ShoreBroker", ("shore_broker",),
+          "The shoreside finds its vehicles."),
+    Entry("uFldNodeComms", "pymoos_lite.field.node_comms:NodeComms", ("node_comms",),
+          "Passes reports and messages between vehicles, as far as they can hear each other."),
+    Entry("uFldMessageHandler", "pymoos_lite.field.message_handler:MessageHandler", ("message_handler",),
+          "Posts what other vehicles sent in messages."),
+    Entry("pDeadManPost", "pymoos_lite.field.dead_man:DeadMan", ("dead_man",),
+          "Posts flags when a heartbeat stays away."),
+    Entry("uLoadWatch", "pymoos_lite.apps.load_watch:LoadWatch", ("load_watch",), "Says which apps fall behind."),
+    Entry("pRealm", "pymoos_lite.apps.realm:Realm", ("realm",), "Tables of the community's variables on request."),
+    Entry("pMissionEval", "pymoos_lite.apps.mission_eval:MissionEval", ("mission_eval",),
+          "Judges whether a mission passed."),
+    Entry("pMissionHash", "pymoos_lite.apps.mission_hash:MissionHashApp", ("mission_hash",), "Names a run."),
+    Entry("pAutoPoke", "pymoos_lite.apps.auto_poke:AutoPoke", ("auto_poke",),
+          "Posts flags once enough vehicles have reported."),
+    Entry("pProxonoi", "pymoos_lite.marine.proxonoi:Proxonoi", ("pProxonoi2", "proxonoi"),
+          "Cuts the own cell out of a region shared with others."),
     Entry("pHelmIvP", "ivp_helm.app:Helm", ("helm",), "Decides heading and speed by interval programming."),
+    Entry("pOpinionManager", "opinion_engine.app:OpinionManager", ("opinion_manager",),
+          "Integrates this vehicle's opinions."),
 )
+# fmt: on
 
 VIEWERS = ("pMarineViewer", "uMAC", "uMACView", "uXMS", "uFldScope")
 """Programs of a person's screen: `pymoos` has its own, so a mission that starts them is not faulty."""
 
-BEHAVIORS: tuple[Entry, ...] = ()
+# fmt: off  (a line each)
+BEHAVIORS: tuple[Entry, ...] = (
+    Entry("BHV_Waypoint", "behaviors.waypoint:Waypoint", (), "Traverses a list of points."),
+    Entry("BHV_Loiter", "behaviors.loiter:Loiter", (), "Goes around a convex polygon."),
+    Entry("BHV_StationKeep", "behaviors.station_keep:StationKeep", (), "Stays near a point."),
+    Entry("BHV_ConstantSpeed", "behaviors.constant_speed:ConstantSpeed", (), "Keeps a speed."),
+    Entry("BHV_ConstantHeading", "behaviors.constant_heading:ConstantHeading", (), "Keeps a heading."),
+    Entry("BHV_ConstantDepth", "behaviors.constant_depth:ConstantDepth", (), "Keeps a depth."),
+    Entry("BHV_Timer", "behaviors.timer:Timer", (), "Counts seconds while its conditions hold."),
+    Entry(
+        "BHV_OpRegionV24",
+        "behaviors.op_region_v24:OpRegionV24",
+        (),
+        "Steers back into a region, stops outside.",
+    ),
+    Entry("BHV_AvoidCollision", "behaviors.avoid_collision:AvoidCollision", (), "Keeps away from another vessel."),
+    Entry("BHV_CutRange", "behaviors.cut_range:CutRange", (), "Pursues another vessel."),
+    Entry("BHV_Trail", "behaviors.trail:Trail", (), "Keeps a place relative to another vessel."),
+    Entry("BHV_Shadow", "behaviors.shadow:Shadow", (), "Takes the course and speed of another vessel."),
+    Entry("BHV_Convoy", "behaviors.convoy:Convoy", (), "Follows in another vessel's wake."),
+    Entry("BHV_OpRegionRecover", "behaviors.op_region_recover:OpRegionRecover", (), "Steers back into a region."),
+    Entry("BHV_MoveToRegion", "behaviors.move_to_region:MoveToRegion", (), "Goes into a region."),
+    Entry("BHV_Voronoi", "behaviors.voronoi:Voronoi", ("BHV_Voronoi2",), "Goes to the middle of the own cell."),
+    Entry("BHV_SearchControl", "behaviors.region_search:SearchControl", ("BHV_RegionSearchControl",),
+          "Keeps moving inside a region."),
+)
+# fmt: on

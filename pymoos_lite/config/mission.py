@@ -30,6 +30,7 @@ KNOWN_GLOBALS = (
     "WEBSERVERPORT",
     "MULTICAST_BASE",
     "geodesy",
+    "EndWhen",
 )
 MAX_TIME_WARP = 400.0
 DEFAULT_PORT = 9000

@@ -18,7 +18,8 @@ from pymoos_lite.core.database import Database
 from pymoos_lite.core.message import Message
 from pymoos_lite.hosts.failures import Failure, describe_failure
 from pymoos_lite.hosts.local import LocalConnection
-from pymoos_lite.hosts.plan import CommunityPlan
+from pymoos_lite.hosts.network import SimulatedNetwork
+from pymoos_lite.hosts.plan import CommunityPlan, warm_up
 
 
 @dataclass
@@ -45,11 +46,19 @@ class Community:
 class Lockstep:
     """Runs communities in lockstep; see the module.
 
-    `log_dir` is where loggers write; `seed` feeds every app's random numbers.
+    `log_dir` is where loggers write; `seed` feeds every app's random numbers. `network` carries
+    datagrams between communities, by default with little delay and no loss.
     """
 
-    def __init__(self, seed: int = 0, log_dir: Path | None = None, clock: VirtualClock | None = None) -> None:
+    def __init__(
+        self,
+        seed: int = 0,
+        log_dir: Path | None = None,
+        clock: VirtualClock | None = None,
+        network: SimulatedNetwork | None = None,
+    ) -> None:
         self.clock = clock or VirtualClock()
+        self.network = network or SimulatedNetwork(self.clock, seed)
         self.seed = seed
         self.log_dir = log_dir
         self.communities: dict[str, Community] = {}
@@ -57,7 +66,9 @@ class Lockstep:
         self.finished = False
         self._queue: list[tuple[float, int, Community, AppRunner]] = []
         self._order = 0
+        self._over: Callable[[], bool] | None = None
         self._pokes: list[tuple[float, int, str, str, str | float]] = []
+        self._running: dict[tuple[str, str], tuple[Community, AppRunner]] = {}
 
     # --- building ----------------------------------------------------------------------------
 
@@ -67,6 +78,7 @@ class Lockstep:
         Raises:
             ValueError: a community of that name was added before.
         """
+        warm_up(plan)
         community = self.add_community(plan.community or "community")
         names = tuple(plan.app_names)
         for app_plan in plan.apps:
@@ -87,6 +99,7 @@ class Lockstep:
                     apps=names,
                     has_block=app_plan.has_block,
                     deterministic=True,
+                    network=self.network.member(plan.community, app_plan.name),
                 ),
             )
         return community
@@ -113,6 +126,7 @@ class Lockstep:
             context.connection.close("failed")
             return None
         community.runners.append(runner)
+        self._running[community.name, runner.name] = (community, runner)
         self._order += 1
         if runner.wakes_on_mail:
             community.mail_driven.append((self._order, runner))
@@ -123,6 +137,10 @@ class Lockstep:
         """Post `name` = `value` at `at` mission seconds from the start, to one or all communities."""
         self._order += 1
         heapq.heappush(self._pokes, (self.clock.start + at, self._order, community, name, value))
+
+    def end_when(self, over: Callable[[], bool]) -> None:
+        """Make `run` stop early once `over()` is true; asked once per mission second."""
+        self._over = over
 
     # --- running -----------------------------------------------------------------------------
 
@@ -140,11 +158,18 @@ class Lockstep:
         queue = self._queue
         clock = self.clock
         next_progress = clock.now()
-        while queue and queue[0][0] < end and not self.finished:
-            when = queue[0][0]
-            if self._pokes and self._pokes[0][0] <= when:
+        pokes = self._pokes
+        in_flight = self.network.in_flight
+        while not self.finished:
+            when = queue[0][0] if queue else end
+            if pokes and pokes[0][0] <= when and pokes[0][0] < end:
                 self._release_pokes(max(when, clock.now()))
                 continue
+            if in_flight and in_flight[0][0] <= when and in_flight[0][0] < end:
+                self._deliver()
+                continue
+            if when >= end or not queue:
+                break
             if when > clock.now():
                 clock.advance_to(when)
             now = clock.now()
@@ -162,13 +187,40 @@ class Lockstep:
                 heapq.heappush(queue, (runner.next_deadline(), order, community, runner))
             if community.mail_driven:
                 self._serve_mail_driven(community, now)
-            if progress is not None and now >= next_progress:
+            if now >= next_progress:
                 next_progress = now + 1.0
-                progress(now - clock.start)
+                if progress is not None:
+                    progress(now - clock.start)
+                if self._over is not None and self._over():
+                    return
         if not self.finished and clock.now() < end < float("inf"):
-            while self._pokes and self._pokes[0][0] < end:
-                self._release_pokes(end)
             clock.advance_to(end)
+
+    def end_app(self, community: str, app: str) -> None:
+        """End one app in an orderly way.
+
+        Raises:
+            KeyError: there is none of that name.
+        """
+        home, runner = self._running[community, app]
+        self._unqueue(runner)
+        self._finish(home, runner, self.clock.now())
+
+    def kill(self, name: str) -> None:
+        """End a community at once, as a power cut would: no app gets to say goodbye.
+
+        A community of that name may be added again.
+
+        Raises:
+            KeyError: there is none.
+        """
+        community = self.communities.pop(name)
+        gone = set(map(id, community.runners))
+        self._queue[:] = [entry for entry in self._queue if id(entry[3]) not in gone]
+        heapq.heapify(self._queue)
+        for runner in community.runners:
+            self._running.pop((name, runner.name), None)
+        self.network.close_community(name)
 
     def stop(self) -> None:
         """End every app in an orderly way."""
@@ -195,13 +247,32 @@ class Lockstep:
     def _serve_mail_driven(self, community: Community, now: float) -> None:
         # Bounded, so that two apps that answer each other's mail cannot stop time.
         for _ in range(100):
-            waiting = [r for _, r in community.mail_driven if r.app.connection.has_mail() and r.mail_due(now)]
-            if not waiting:
+            idle = True
+            for _, runner in community.mail_driven:
+                if runner.app.connection.has_mail() and runner.mail_due(now):
+                    idle = False
+                    if not self._step(community, runner, now):
+                        self._unqueue(runner)
+            if idle:
                 return
-            for runner in waiting:
-                if not self._step(community, runner, now):
-                    self._queue = [entry for entry in self._queue if entry[3] is not runner]
-                    heapq.heapify(self._queue)
+
+    def _unqueue(self, runner: AppRunner) -> None:
+        self._queue[:] = [entry for entry in self._queue if entry[3] is not runner]
+        heapq.heapify(self._queue)
+
+    def _deliver(self) -> None:
+        """Hand over the next datagram, and let the app it is for take it at once."""
+        network, clock = self.network, self.clock
+        now = max(network.in_flight[0][0], clock.now())
+        clock.advance_to(now)
+        found = self._running.get(network.deliver_next() or ("", ""))
+        if found is None:
+            return
+        community, runner = found
+        if not self._step(community, runner, now):
+            self._unqueue(runner)
+        if community.mail_driven:
+            self._serve_mail_driven(community, now)
 
     def _release_pokes(self, now: float) -> None:
         when, _, target, name, value = heapq.heappop(self._pokes)
@@ -211,6 +282,8 @@ class Lockstep:
             if target in ("", community.name):
                 message = Message(name, value, when, "pymoos_poke", "", community.name)
                 community.database.publish("pymoos_poke", message, when)
+                if community.mail_driven:
+                    self._serve_mail_driven(community, when)
 
     def _finish(self, community: Community, runner: AppRunner, now: float) -> None:
         try:
@@ -223,6 +296,8 @@ class Lockstep:
         if runner in community.runners:
             community.runners.remove(runner)
         community.mail_driven = [(o, r) for o, r in community.mail_driven if r is not runner]
+        self._running.pop((community.name, runner.name), None)
+        runner.app.close_ports()
         runner.app.connection.close("quit")
 
     def _failed(self, community: Community, name: str, error: BaseException, during: str) -> None:

@@ -1,4 +1,4 @@
-"""The handshake about buoyancy and trim that some underwater missions hold with the simulator (marine_apps.md 1.7)."""
+"""The handshake about buoyancy and trim of some underwater missions (marine_apps.md 1.7)."""
 
 from __future__ import annotations
 

@@ -6,7 +6,6 @@ warning and otherwise ignored.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 from pymoos_lite.app import App
@@ -16,26 +15,32 @@ from pymoos_lite.records.csp import clip, parse_bool
 Handler = Callable[[Message], None]
 
 
+MAX_MAGNITUDE = 1e12  # beyond any honest quantity, and far from where sums of products overflow
+
+
 def finite_number(message: Message) -> float | None:
-    """The value as a finite number (numeric text counts), or None."""
+    """The value as a finite number (numeric text counts) of at most `MAX_MAGNITUDE`, or None."""
     value = message.value
     if type(value) is not float:
         number = message.number
         if number is None:
             return None
         value = number
-    return value if math.isfinite(value) else None
+    return value if -MAX_MAGNITUDE <= value <= MAX_MAGNITUDE else None
 
 
 def on_number(app: App, use: Callable[[float], None]) -> Handler:
-    """A handler that passes finite numbers to `use` and warns of everything else."""
+    """A handler that passes finite numbers to `use`, and warns of everything else and of its ValueErrors."""
 
     def handle(message: Message) -> None:
         value = finite_number(message)
         if value is None:
             app.run_warning(f"{message.name} needs a finite number, not '{clip(message.text, 40)}'")
-        else:
+            return
+        try:
             use(value)
+        except ValueError as error:
+            app.run_warning(f"{message.name} = {value:g}: {error}")
 
     return handle
 

@@ -76,13 +76,15 @@ class PidController(App):
             state = "no control: " + ("manual override" if engine.override else "stale or missing inputs")
         yield f"State:    {state}"
         yield ""
-        yield "           Desired   Present   Output"
-        yield f"Heading  {engine.desired_heading:9.1f} {engine.nav_heading:9.1f}   rudder   {engine.rudder:.1f}"
-        yield f"Speed    {engine.desired_speed:9.2f} {engine.nav_speed:9.2f}   thrust   {engine.thrust:.1f}"
+        rows = [
+            ("Heading", engine.desired_heading, engine.nav_heading, "rudder", engine.rudder),
+            ("Speed", engine.desired_speed, engine.nav_speed, "thrust", engine.thrust),
+        ]
         if engine.parameters.depth_control:
-            yield (
-                f"Depth    {engine.desired_depth:9.2f} {engine.nav_depth:9.2f}   elevator {engine.elevator:.1f}"
-            )
+            rows.append(("Depth", engine.desired_depth, engine.nav_depth, "elevator", engine.elevator))
+        yield "           desired    present   output"
+        for quantity, desired, present, actuator, output in rows:
+            yield f"{quantity:<8}{desired:10.2f} {present:10.2f}   {actuator} {output:.1f}"
         if engine.stale_reports:
             yield "Stale:    " + ", ".join(f"{name} {age:.1f} s" for name, age in engine.stale_reports)
 

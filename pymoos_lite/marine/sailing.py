@@ -56,7 +56,7 @@ def parse_wind(text: str) -> Wind:
 
 
 def parse_polar(text: str) -> PolarPlot:
-    """`hdg,pct: hdg,pct: ...`; raises ValueError for an angle outside 0..180, given twice, or a negative share."""
+    """`hdg,pct: hdg,pct: ...`; raises ValueError for an angle off 0..180 or repeated, or a negative share."""
     points: dict[float, float] = {}
     for pair in text.split(":"):
         angle_text, comma, share_text = pair.partition(",")

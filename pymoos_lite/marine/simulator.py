@@ -11,11 +11,13 @@ from typing import ClassVar
 
 from pymoos_lite.app import App
 from pymoos_lite.core.message import Message
-from pymoos_lite.geometry.angles import angle180, angle360
-from pymoos_lite.geometry.geodesy import GeodesyError
+from pymoos_lite.geometry.angles import angle360
+from pymoos_lite.geometry.attributes import Attributes
 from pymoos_lite.marine.buoyancy import BuoyancyJobs
 from pymoos_lite.marine.datum import mission_geodesy
+from pymoos_lite.marine.drift import Drift
 from pymoos_lite.marine.mail_values import Handler, dispatch, finite_number, on_number, on_text, on_truth
+from pymoos_lite.marine.navigation_output import NavigationOutput
 from pymoos_lite.marine.pid import PidEngine
 from pymoos_lite.marine.pid_config import pid_parameters, wants_pid, warn_of_missing_gains
 from pymoos_lite.marine.pid_inputs import PidInputs
@@ -26,16 +28,18 @@ from pymoos_lite.marine.simulator_config import (
     V23_DECLARATION,
     configured_thrust_map,
     read_differential,
-    read_drift,
     read_pose,
     read_reverse,
     start_pose,
     vessel_parameters,
 )
 from pymoos_lite.marine.vessel_model import TurnLaw, VesselModel
+from pymoos_lite.marine.wormholes import Tunnel, merge_wormholes
 from pymoos_lite.records.csp import num
+from pymoos_lite.records.view import Arrow
 
 _MAX_SKEW = 1360.0  # s; the controller on board disbelieves desired values stamped farther from now
+_WIND_SHOWN_EVERY = 50  # iterations
 
 
 class Simulator(App):
@@ -61,10 +65,7 @@ class Simulator(App):
             vessel.differential = values.thrust_mode_diff
             vessel.reverse = values.thrust_mode_reverse
             vessel.rotate_speed = values.rotate_speed
-        self._set_drift(values.drift_x, values.drift_y)
-        if values.drift_vector is not None:
-            self._set_drift_vector(*values.drift_vector)
-        self._geodesy = mission_geodesy(self)
+        self._set_drift(values.drift_vector or Drift(values.drift_x, values.drift_y))
         self._water_depth: float = values.default_water_depth
         self._state_time = self.now
         self._paused: bool = values.sim_pause
@@ -78,7 +79,9 @@ class Simulator(App):
         self._polar = vars(values).get("polar_plot")
         self._depth_control: bool = vars(values).get("depth_control", True)
         self._fan = 0.0
-        self._prefixes = self._output_names()
+        self._wormholes = merge_wormholes(vars(values).get("wormhole", []))
+        self._tunnel = Tunnel(self._wormholes) if self._wormholes else None
+        self._outputs = self._navigation_outputs()
         self._handlers = self._mail_handlers()
 
     def on_connect(self) -> None:
@@ -101,11 +104,17 @@ class Simulator(App):
                 self._set_sail()
             for vessel in self._vessels:
                 vessel.step(dt)
+            if self._tunnel is not None:
+                self._pass_wormholes(self._tunnel)
         if self.iteration % self.PUBLISH_EVERY == 0:
             self._publish()
+        if self.iteration == 1 and self._depth_control:
+            self.notify("SIMULATION_MODE", "TRUE")
+        if self._wind is not None and self._polar is not None and self.iteration % _WIND_SHOWN_EVERY == 1:
+            self._show_wind(self._wind)
         if self._drift_news:
             self._drift_news = False
-            self.notify("USM_DRIFT_SUMMARY", self._drift_summary())
+            self.notify("USM_DRIFT_SUMMARY", self.drift.summary())
         if self._depth_control:
             for variable, text in self._jobs.step(self.vessel.pitch, now):
                 self.notify(variable, text)
@@ -113,12 +122,15 @@ class Simulator(App):
     def report(self) -> Iterable[str]:
         pose = self.vessel.pose()
         vessel = self.vessel
-        yield f"Position:  x={num(pose.x)}, y={num(pose.y)}   heading {num(pose.heading, 1)}   speed {num(pose.speed)}"
+        yield (
+            f"Position:  x={num(pose.x)}, y={num(pose.y)}"
+            f"   heading {num(pose.heading, 1)}   speed {num(pose.speed)}"
+        )
         if pose.depth or self._depth_control:
             yield f"Depth:     {num(pose.depth)} m   pitch {num(math.degrees(pose.pitch), 1)} deg"
         yield (
             f"Ground:    course {num(pose.heading_over_ground, 1)}   speed {num(pose.speed_over_ground)}"
-            f"   drift {self._drift_summary()}"
+            f"   drift {self.drift.summary()}"
         )
         if vessel.differential:
             yield f"Thrust:    left {num(vessel.thrust_left, 1)}   right {num(vessel.thrust_right, 1)}"
@@ -153,14 +165,20 @@ class Simulator(App):
             return
         values = self.config
         self.engine = PidEngine(pid_parameters(values))
-        self._inputs = PidInputs(self, self.engine, _MAX_SKEW, lambda skew: self._post("USM_NOGO", skew))
+        self._inputs = PidInputs(self, self.engine, _MAX_SKEW, self._report_skew)
         warn_of_missing_gains(values, self.given, self.config_warning)
 
-    def _output_names(self) -> list[tuple[VesselModel, str]]:
+    def _navigation_outputs(self) -> list[tuple[VesselModel, NavigationOutput]]:
+        def output(name: str) -> NavigationOutput:
+            summary = bool(vars(self.config).get("post_navpos_summary"))
+            most = self.config.max_speed if self.CAPS_SPEED else math.inf
+            return NavigationOutput(self, name, geodesy, most, self._depth_control, summary)
+
+        geodesy = mission_geodesy(self)
         prefix = self.config.prefix.removesuffix("_")
-        outputs = [(self.vessel, prefix)]
+        outputs = [(self.vessel, output(prefix))]
         if self.truth is not self.vessel:
-            outputs.append((self.truth, f"{prefix}_GT"))
+            outputs.append((self.truth, output(f"{prefix}_GT")))
         return outputs
 
     def _mail_handlers(self) -> dict[str, Handler]:
@@ -181,11 +199,11 @@ class Simulator(App):
             number(self._set_elevator, "DESIRED_ELEVATOR")
         number(self._set_left, "DESIRED_THRUST_L")
         number(self._set_right, "DESIRED_THRUST_R")
-        number(lambda v: self._set_drift(v, self.truth.drift_y), "DRIFT_X", "CURRENT_X")
-        number(lambda v: self._set_drift(self.truth.drift_x, v), "DRIFT_Y", "CURRENT_Y")
-        number(self._scale_drift, "DRIFT_VECTOR_MULT")
-        text("DRIFT_VECTOR", lambda told: self._set_drift_vector(*read_drift(told)))
-        text("DRIFT_VECTOR_ADD", lambda told: self._add_drift_vector(*read_drift(told)))
+        number(lambda v: self._set_drift(Drift(v, self.drift.y)), "DRIFT_X", "CURRENT_X")
+        number(lambda v: self._set_drift(Drift(self.drift.x, v)), "DRIFT_Y", "CURRENT_Y")
+        number(lambda v: self._set_drift(self.drift * v), "DRIFT_VECTOR_MULT")
+        text("DRIFT_VECTOR", lambda told: self._set_drift(Drift.parse(told)))
+        text("DRIFT_VECTOR_ADD", lambda told: self._set_drift(self.drift + Drift.parse(told)))
         number(self._set_rotation, "ROTATE_SPEED")
         number(lambda v: self._change(turn_rate=min(100.0, max(0.0, v))), "USM_TURN_RATE")
         number(lambda v: self._change(buoyancy_rate=v), "BUOYANCY_RATE")
@@ -230,6 +248,9 @@ class Simulator(App):
         if self.config.post_des_rudder:
             self.notify(self.config.post_des_rudder, rudder)
 
+    def _report_skew(self, skew: float) -> None:
+        self.notify("USM_NOGO", skew)
+
     def _set_sail(self) -> None:
         assert self._polar is not None
         assert self._wind is not None
@@ -237,53 +258,34 @@ class Simulator(App):
             vessel.sail_limit = sail_speed(self._polar, self._wind, vessel.heading)
             vessel.sail_bonus = self._fan_speed()
 
+    def _show_wind(self, wind: Wind) -> None:
+        looks = Attributes(label="wind", fill_color="white")
+        toward = angle360(wind.direction + 180.0)
+        self.notify("VIEW_ARROW", Arrow(self.truth.x, self.truth.y, toward, attributes=looks).to_text())
+
+    def _pass_wormholes(self, tunnel: Tunnel) -> None:
+        passage = tunnel.step(self.truth.x, self.truth.y, self.now)
+        if passage is not None:
+            opacity, target = passage
+            self.notify(f"{self._outputs[0][1].prefix}_TRANSP", opacity)
+            if target is not None:
+                self.event(f"through a wormhole to x={num(target[0])}, y={num(target[1])}")
+                for vessel in self._vessels:
+                    vessel.place(*target)
+        if self.iteration % 10 == 1:
+            for hole in self._wormholes:
+                for text in hole.views():
+                    self.notify("VIEW_POLYGON", text)
+
     def _fan_speed(self) -> float:
         return 0.0
 
     def _publish(self) -> None:
-        now, post = self.now, self._post
-        for vessel, prefix in self._prefixes:
-            pose = vessel.pose()
-            heading = angle360(pose.heading + 180.0) if vessel.reverse else pose.heading
-            post(f"{prefix}_X", pose.x)
-            post(f"{prefix}_Y", pose.y)
-            self._post_latlon(prefix, pose.x, pose.y)
-            post(f"{prefix}_HEADING", heading)
-            post(f"{prefix}_SPEED", 0.0 if self._obstacle_hit else self._shown_speed(pose.speed))
-            post(f"{prefix}_DEPTH", pose.depth)
-            post(f"{prefix}_HEADING_OVER_GROUND", pose.heading_over_ground)
-            post(f"{prefix}_SPEED_OVER_GROUND", 0.0 if self._obstacle_hit else pose.speed_over_ground)
-            if self._water_depth > 0.0:
-                post(f"{prefix}_ALTITUDE", max(0.0, self._water_depth - pose.depth))
-            if self._depth_control:
-                post(f"{prefix}_Z", -pose.depth)
-                post(f"{prefix}_PITCH", pose.pitch)
-                post(f"{prefix}_YAW", -math.radians(angle180(heading)))
+        for vessel, output in self._outputs:
+            output.publish(vessel.pose(), vessel.reverse, self._obstacle_hit, self._water_depth)
         if self._depth_control:
-            post("TRUE_X", self.truth.x)
-            post("TRUE_Y", self.truth.y)
-            self.notify("SIMULATION_MODE", "TRUE", now)
-
-    def _post(self, name: str, value: float) -> None:
-        self.notify(name, value)
-
-    def _post_latlon(self, prefix: str, x: float, y: float) -> None:
-        if self._geodesy is None:
-            return
-        try:
-            lat, lon = self._geodesy.to_latlon(x, y)
-        except GeodesyError:
-            self.run_warning("The vessel is too far from the datum to have a latitude and longitude")
-            return
-        self.notify(f"{prefix}_LAT", lat)
-        self.notify(f"{prefix}_LONG", lon)
-        if vars(self.config).get("post_navpos_summary"):
-            text = f"x={num(x, 3)},y={num(y, 3)},lat={num(lat, 7)},lon={num(lon, 7)}"
-            self.notify("USM_NAVPOS_SUMMARY", text)
-
-    def _shown_speed(self, speed: float) -> float:
-        shown = math.copysign(math.floor(abs(speed) * 100.0 + 0.5) / 100.0, speed) + 0.0
-        return min(shown, self.vessel.parameters.max_speed) if self.CAPS_SPEED else shown
+            self.notify("TRUE_X", self.truth.x)
+            self.notify("TRUE_Y", self.truth.y)
 
     # --- mail --------------------------------------------------------------------------------
 
@@ -311,27 +313,10 @@ class Simulator(App):
             for vessel in self._vessels:
                 vessel.thrust_right = min(100.0, max(-100.0, thrust))
 
-    def _set_drift(self, x: float, y: float) -> None:
-        self.truth.drift_x, self.truth.drift_y = x, y
+    def _set_drift(self, drift: Drift) -> None:
+        self.drift = drift
+        self.truth.drift_x, self.truth.drift_y = drift.x, drift.y
         self._drift_news = True
-
-    def _set_drift_vector(self, heading: float, magnitude: float) -> None:
-        toward = math.radians(heading)
-        self._set_drift(magnitude * math.sin(toward), magnitude * math.cos(toward))
-
-    def _add_drift_vector(self, heading: float, magnitude: float) -> None:
-        toward, truth = math.radians(heading), self.truth
-        self._set_drift(
-            truth.drift_x + magnitude * math.sin(toward), truth.drift_y + magnitude * math.cos(toward)
-        )
-
-    def _scale_drift(self, factor: float) -> None:
-        self._set_drift(self.truth.drift_x * factor, self.truth.drift_y * factor)
-
-    def _drift_summary(self) -> str:
-        x, y = self.truth.drift_x, self.truth.drift_y
-        angle = angle360(math.degrees(math.atan2(x, y))) if x or y else 0.0
-        return f"ang={num(angle)}, mag={num(math.hypot(x, y))}, xmag={num(x, 3)}, ymag={num(y, 3)}"
 
     def _set_rotation(self, rate: float) -> None:
         for vessel in self._vessels:
@@ -378,7 +363,7 @@ class Simulator(App):
             return
         self._enabled = enabled
         self.event("enabled" if enabled else "disabled: the vessel follows outside navigation")
-        prefix = self._prefixes[0][1]
+        prefix = self._outputs[0][1].prefix
         for coordinate in ("X", "Y", "HEADING"):
             name = f"{prefix}_{coordinate}"
             if enabled:
@@ -444,10 +429,10 @@ class LegacySimulator(Simulator):
     def on_start_up(self) -> None:
         super().on_start_up()
         values = self.config
-        if values.force_x is not None or values.force_y is not None:
-            self._set_drift(values.force_x or 0.0, values.force_y or 0.0)
         if values.force_vector is not None:
-            self._set_drift_vector(*values.force_vector)
+            self._set_drift(values.force_vector)
+        elif values.force_x is not None or values.force_y is not None:
+            self._set_drift(Drift(values.force_x or 0.0, values.force_y or 0.0))
         if values.force_theta is not None:
             self._set_rotation(values.force_theta)
         if not values.deprecated_ok:

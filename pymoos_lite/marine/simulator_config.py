@@ -1,4 +1,4 @@
-"""The declared parameters of the vessel simulators, and the vessel that they describe (marine_apps.md 1.1, 1.9)."""
+"""Declared parameters of the simulators, and the vessel they describe (marine_apps.md 1.1, 1.9)."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ from typing import Any
 
 from pymoos_lite.config.mission import ConfigLine
 from pymoos_lite.config.parameters import Declaration, Parameter, Values
+from pymoos_lite.marine.drift import Drift
 from pymoos_lite.marine.pid_config import PID_DECLARATION
 from pymoos_lite.marine.sailing import parse_polar, parse_wind
 from pymoos_lite.marine.thrust_map import ThrustMap, parse_thrust_map
 from pymoos_lite.marine.vessel_model import DepthModel, RudderSlew, TurnLaw, VesselParameters
+from pymoos_lite.marine.wormholes import parse_wormhole
 from pymoos_lite.records.csp import clip, parse_number
 
 _POSE_KEYS = {
@@ -67,14 +69,6 @@ def _strict_thrust_map(text: str) -> ThrustMap:
     if problem is not None:
         raise ValueError(problem)
     return thrust_map
-
-
-def read_drift(text: str) -> tuple[float, float]:
-    """`heading,magnitude` as (degrees, m/s); raises ValueError otherwise."""
-    numbers = [parse_number(part) for part in text.split(",")]
-    if len(numbers) != 2 or numbers[0] is None or numbers[1] is None:
-        raise ValueError("expected heading,magnitude")
-    return numbers[0], numbers[1]
 
 
 def read_differential(text: str) -> bool:
@@ -149,15 +143,15 @@ _COMMON = Declaration(
             "mail: the rudder moves when a request arrives, as in MOOS-IvP. steady: at every step.",
             choices=("mail", "steady"),
         ),
-        _number("drift_x", 0.0, "m/s", "Drift to the east."),
-        _number("drift_y", 0.0, "m/s", "Drift to the north."),
+        _number("drift_x", 0.0, "m/s", "Drift to the east.", low=-500.0, high=500.0),
+        _number("drift_y", 0.0, "m/s", "Drift to the north.", low=-500.0, high=500.0),
         Parameter(
             "drift_vector",
             "custom",
             None,
             "deg, m/s",
             "Drift as heading (to which the water flows) and magnitude.",
-            parse=read_drift,
+            parse=Drift.parse,
             example="90,0.5",
         ),
         _number("rotate_speed", 0.0, "deg/s", "Rotation from outside."),
@@ -257,6 +251,20 @@ _MIRRORS = Declaration(
         ),
     )
 )
+_WORMHOLES = Declaration(
+    (
+        Parameter(
+            "wormhole",
+            "custom",
+            None,
+            "",
+            "A polygon that leads to another; lines of one tag add up.",
+            parse=parse_wormhole,
+            repeated=True,
+            example="tag=one, madrid_poly={0,0:9,0:9,9}, weber_poly={50,0:59,0:59,9}, connection=both",
+        ),
+    )
+)
 _V22_ONLY = Declaration(
     (
         _number("turn_spd_loss", 0.85, "", "Share of speed lost at full rudder.", low=0.0, high=1.0),
@@ -288,8 +296,8 @@ _V23_ONLY = Declaration(
 )
 _LEGACY_ONLY = Declaration(
     (
-        _number("force_x", None, "m/s", "Old name of drift_x."),
-        _number("force_y", None, "m/s", "Old name of drift_y."),
+        _number("force_x", None, "m/s", "Old name of drift_x.", low=-500.0, high=500.0),
+        _number("force_y", None, "m/s", "Old name of drift_y.", low=-500.0, high=500.0),
         _number("force_theta", None, "deg/s", "Old name of rotate_speed."),
         Parameter(
             "force_vector",
@@ -297,14 +305,15 @@ _LEGACY_ONLY = Declaration(
             None,
             "deg, m/s",
             "Old name of drift_vector.",
-            parse=read_drift,
+            parse=Drift.parse,
             example="90,0.5",
         ),
     )
 )
 
-V22_DECLARATION = _COMMON + _TURN_MAP + _SAILING + _MIRRORS + _V22_ONLY + PID_DECLARATION
-V23_DECLARATION = _COMMON + _TURN_MAP + _SAILING + _MIRRORS + _V23_ONLY + PID_DECLARATION
+_MODERN = _COMMON + _TURN_MAP + _SAILING + _MIRRORS + _WORMHOLES + PID_DECLARATION
+V22_DECLARATION = _MODERN + _V22_ONLY
+V23_DECLARATION = _MODERN + _V23_ONLY
 LEGACY_DECLARATION = _COMMON + _LEGACY_ONLY
 
 

@@ -160,6 +160,9 @@ def _parse(text: str) -> NodeReport:
         key = key.rstrip()
         value = value.lstrip()
         entry = _READERS.get(key) or _READERS.get(key.upper())
+        if entry is None and ("{" in key or "}" in key):
+            key = _clean_key(key)
+            entry = _READERS.get(key.upper())
         if entry is not None:
             parsed = entry[1](value)
             if parsed is not None:
@@ -258,6 +261,11 @@ def _is_json_number(text: str) -> bool:
     return True
 
 
+def _clean_key(key: str) -> str:
+    """A key without the characters that structure the text: it could not be printed with them."""
+    return "".join(c for c in key if c not in ",={}").strip()
+
+
 def _json_pairs(text: str) -> list[tuple[str, str, str]]:
     """(key, "=", value) of a JSON object, numbers kept as they were written.
 
@@ -270,13 +278,9 @@ def _json_pairs(text: str) -> list[tuple[str, str, str]]:
         pairs = []
         for piece in split_protected(text[1:-1].replace('"', ""), quotes=False):
             key, colon, value = piece.partition(":")
-            pairs.append((_json_key(key), "=" if colon else "", value.strip()))
+            pairs.append((_clean_key(key), "=" if colon else "", value.strip()))
         return pairs
-    return [(_json_key(key), "=", _json_value(value)) for key, value in loaded.items()]
-
-
-def _json_key(key: str) -> str:
-    return "".join(c for c in key if c not in ",={}").strip()
+    return [(_clean_key(key), "=", _json_value(value)) for key, value in loaded.items()]
 
 
 def _json_value(value: Any) -> str:

@@ -4,10 +4,17 @@ from __future__ import annotations
 
 import argparse
 import sys
+from pathlib import Path
 
 from pymoos_lite.config.problems import Problem
 from pymoos_lite.hosts.plan import CommunityPlan
-from pymoos_lite.tools.mission import MissionError, add_mission_arguments, load_plan, parse_settings
+from pymoos_lite.tools.mission import (
+    MissionError,
+    add_mission_arguments,
+    load_plan,
+    parse_macros,
+    parse_settings,
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -15,6 +22,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    from pymoos_lite.hosts.fleet import is_fleet
+
+    if is_fleet(args.mission):
+        return _check_fleet(args)
     try:
         plan = load_plan(args.mission, parse_settings(args.set))
     except MissionError as error:
@@ -28,6 +39,31 @@ def run(args: argparse.Namespace) -> int:
     warnings = len(problems) - len([p for p in problems if p.severity == "error"])
     print(f"{plan.mission.file}: {len(problems) - warnings} errors, {warnings} warnings; would run {apps}")
     return 1 if bad else 0
+
+
+def _check_fleet(args: argparse.Namespace) -> int:
+    import tempfile
+
+    from pymoos_lite.hosts.fleet import find_fleet, load_fleet, plan_fleet
+
+    with tempfile.TemporaryDirectory(prefix="pymoos_check_") as out:
+        try:
+            path = find_fleet(args.mission)
+            macros = parse_macros(args.macro)
+            fleet = load_fleet(path, args.vehicles, None, args.preset, macros)
+            plan = plan_fleet(fleet, path.resolve().parent, Path(out), settings=parse_settings(args.set))
+        except MissionError as error:
+            print(error, file=sys.stderr)
+            return 1
+        problems = list(plan.problems)
+        for member in plan.members:
+            problems += deeper_problems(member.plan)
+    for problem in problems:
+        print(problem)
+    errors = len([p for p in problems if p.severity == "error"])
+    names = ", ".join(member.name for member in plan.members) or "nothing"
+    print(f"{fleet.file}: {errors} errors, {len(problems) - errors} warnings; would run {names}")
+    return 1 if errors or (args.strict and problems) else 0
 
 
 def deeper_problems(plan: CommunityPlan) -> list[Problem]:

@@ -1,125 +1,106 @@
-"""Finds, expands and plans the mission that a person named on the command line."""
+"""What the commands that take a mission share: their arguments and how they tell its problems."""
 
 from __future__ import annotations
 
 import argparse
-import importlib.util
-import os
 import sys
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
-from pathlib import Path
 
-from pymoos_lite.config.mission import MissionFile
-from pymoos_lite.config.moos_file import parse_mission
-from pymoos_lite.config.overrides import override
-from pymoos_lite.config.problems import Problem, did_you_mean
-from pymoos_lite.hosts.plan import CommunityPlan, plan_community
+from pymoos_lite.config.conditions import Condition, ConditionError, parse_condition
+from pymoos_lite.config.problems import Problem
+from pymoos_lite.core.message import Value
+from pymoos_lite.hosts.mission import MissionError, load_plan, parse_settings, shipped_missions
+from pymoos_lite.hosts.plan import CommunityPlan
 
-
-class MissionError(Exception):
-    """The mission cannot be used; the text is one line that says what and where."""
-
-
-def shipped_missions() -> dict[str, Path]:
-    """Name to folder of the missions that are installed with us."""
-    spec = importlib.util.find_spec("missions")
-    places = list(spec.submodule_search_locations or []) if spec is not None else []
-    found = {}
-    for place in places:
-        for folder in sorted(Path(place).iterdir()):
-            if folder.is_dir() and any(folder.glob("*.moos")):
-                found[folder.name] = folder
-    return found
+__all__ = [
+    "EndCondition",
+    "MissionError",
+    "add_mission_arguments",
+    "end_condition",
+    "load_plan",
+    "parse_macros",
+    "parse_settings",
+    "report_problems",
+    "shipped_missions",
+]
 
 
-def find_mission(name: str) -> Path:
-    """The `.moos` file meant by `name`: a file, a folder holding one, or a shipped mission's name.
-
-    Raises:
-        MissionError: nothing of that name, or a folder with several and none of the folder's name.
-    """
-    path = Path(name).expanduser()
-    if path.is_file():
-        return path
-    folder = path if path.is_dir() else shipped_missions().get(name)
-    if folder is None:
-        hint = did_you_mean(name, shipped_missions())
-        raise MissionError(
-            f"{name}: no such mission file, and no mission of that name is installed{hint} "
-            "(see pymoos list missions)"
-        )
-    own = folder / f"{folder.resolve().name}.moos"
-    if own.is_file():
-        return own
-    files = sorted(folder.glob("*.moos"))
-    if len(files) != 1:
-        names = ", ".join(f.name for f in files) or "none"
-        raise MissionError(f"{name}: which .moos file is meant? The folder has: {names}")
-    return files[0]
-
-
-def parse_settings(texts: Iterable[str]) -> dict[str, str]:
-    """``NAME=VALUE`` texts as a dictionary.
+def parse_macros(texts: Iterable[str]) -> dict[str, str]:
+    """``NAME=VALUE`` texts of ``--macro`` as a dictionary.
 
     Raises:
         MissionError: one has no ``=`` or no name.
     """
-    settings = {}
+    macros = {}
     for text in texts:
         name, equals, value = text.partition("=")
         if not equals or not name.strip():
-            raise MissionError(f"--set {text}: expected NAME=VALUE")
-        settings[name.strip()] = value.strip()
-    return settings
+            raise MissionError(f"--macro {text}: expected NAME=VALUE")
+        macros[name.strip()] = value.strip()
+    return macros
 
 
-def load_plan(
-    name: str, settings: Mapping[str, str] | None = None, only: Iterable[str] = ()
-) -> CommunityPlan:
-    """Find, read and plan a mission; its problems are in the plan.
+class EndCondition:
+    """When a mission is over, judged by the last values of the variables it names."""
+
+    def __init__(self, condition: Condition) -> None:
+        self._condition = condition
+        self.variables = condition.variables()
+
+    def __str__(self) -> str:
+        return str(self._condition)
+
+    def holds(self, values: Mapping[str, Value]) -> bool:
+        """Whether the mission is over, given the last value of each variable."""
+
+        def known(name: str) -> float | str | None:
+            value = values.get(name)
+            return None if isinstance(value, bytes) else value
+
+        return self._condition.holds(known)
+
+
+def end_condition(plan: CommunityPlan, text: str | None) -> EndCondition | None:
+    """The end of a mission: `text`, or the mission file's own ``EndWhen = CONDITION`` line.
 
     Raises:
-        MissionError: the file cannot be found or read, or a setting matches nothing in it.
+        MissionError: the condition cannot be read.
     """
-    path = find_mission(name)
-    mission = read_mission(path, settings or {})
-    return plan_community(mission, path.resolve().parent, tuple(only))
-
-
-def read_mission(path: Path, settings: Mapping[str, str]) -> MissionFile:
-    """Read a `.moos` file with `settings` put in.
-
-    Raises:
-        MissionError: the file cannot be read, or a setting matches nothing in it.
-    """
+    where = "--until"
+    if text is None:
+        line = plan.mission.find_global("EndWhen")
+        if line is None:
+            return None
+        text, where = line.value, f"{plan.mission.file}:{line.line}: EndWhen"
     try:
-        text = path.read_text(encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise MissionError(f"{path}: {error.strerror or error}") from None
-    shown = _shown(path)
-    mission = parse_mission(text, shown, dict(os.environ))
-    mission, unmatched = override(mission, settings)
-    if unmatched:
-        keys = [line.key for block in mission.blocks for line in block.lines]
-        keys += [line.key for line in mission.globals]
-        hint = did_you_mean(unmatched[0].rpartition(".")[2], keys)
-        raise MissionError(f"--set {unmatched[0]}: {shown} has no line of that name{hint}")
-    return replace(mission, file=shown)
-
-
-def _shown(path: Path) -> str:
-    """The path as a person in this folder would type it."""
-    try:
-        return str(path.resolve().relative_to(Path.cwd()))
-    except ValueError:
-        return str(path)
+        return EndCondition(parse_condition(text))
+    except ConditionError as error:
+        raise MissionError(f"{where}: {error}") from None
 
 
 def add_mission_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments that `launch`, `sim` and `check` share."""
     parser.add_argument(
-        "mission", metavar="MISSION", help="a .moos file, a folder, or the name of a shipped mission"
+        "mission",
+        metavar="MISSION",
+        help="a .moos file, a fleet's .yaml file, a folder, or the name of a shipped mission",
+    )
+    parser.add_argument(
+        "--vehicles", type=int, metavar="N", help="how many vehicles (fleets only; default: as the file says)"
+    )
+    parser.add_argument(
+        "--preset",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="a preset of the fleet file (repeatable: the later ones win)",
+    )
+    parser.add_argument(
+        "--macro",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="a macro for every template of a fleet (repeatable)",
     )
     parser.add_argument(
         "--set",

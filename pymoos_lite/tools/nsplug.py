@@ -125,8 +125,12 @@ def file_reader(paths: Sequence[str], home: Path = Path()) -> ReadFile:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """For `pymoos nsplug`: everything is handed to the same parser as the stand-alone command."""
-    parser.add_argument("arguments", nargs=argparse.REMAINDER, help="IN OUT [options] [MACRO=VALUE ...]")
+    """For `pymoos nsplug`: everything is handed to the same reader as for the stand-alone command."""
+    # Options of nsplug are not argparse's to judge, so no word may look like an option to it.
+    parser.prefix_chars = "\0"
+    parser.add_argument(
+        "arguments", nargs="*", help="IN OUT [options] [MACRO=VALUE ...]; --help lists the options"
+    )
 
 
 def run(args: argparse.Namespace) -> int:

@@ -10,34 +10,56 @@ from pathlib import Path
 from pymoos_lite.tools.mission import (
     MissionError,
     add_mission_arguments,
+    end_condition,
     load_plan,
     parse_settings,
     report_problems,
 )
+from pymoos_lite.tools.values import typed_value
+
+DEFAULT_DURATION = 600.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_mission_arguments(parser)
     parser.add_argument(
-        "--duration", type=float, default=600.0, metavar="S", help="mission seconds to run (default 600)"
+        "--duration",
+        type=float,
+        metavar="S",
+        help=f"mission seconds to run (default {DEFAULT_DURATION:.0f}, or the fleet file's)",
     )
-    parser.add_argument("--seed", type=int, default=0, help="seed of every random number (default 0)")
+    parser.add_argument(
+        "--until", metavar="COND", help="end earlier when this condition holds, e.g. 'RETURNED = true'"
+    )
+    parser.add_argument(
+        "--seed", type=int, help="seed of every random number (default 0, or the fleet file's)"
+    )
     parser.add_argument(
         "--poke",
         action="append",
         default=[],
         metavar="T:VAR=VALUE",
-        help="post VAR=VALUE at T mission seconds (repeatable; VAR:=VALUE posts text)",
+        help="post VAR=VALUE at T mission seconds (repeatable; VAR:=VALUE posts text; in a fleet at the "
+        "shoreside, or at COMMUNITY with T:COMMUNITY/VAR=VALUE)",
     )
     parser.add_argument("--log-dir", type=Path, default=Path("logs"), metavar="DIR", help="where logs go")
     parser.add_argument("--no-progress", action="store_true", help="print only the closing lines")
 
 
 def run(args: argparse.Namespace) -> int:
+    from pymoos_lite.hosts.fleet import is_fleet
+
+    if is_fleet(args.mission):
+        from pymoos_lite.tools import fleet_sim
+
+        return fleet_sim.run(args)
+    if args.duration is None:
+        args.duration = DEFAULT_DURATION
     from pymoos_lite.hosts.lockstep import Lockstep
 
     try:
         plan = load_plan(args.mission, parse_settings(args.set))
+        finished = end_condition(plan, args.until)
         pokes = [parse_poke(text) for text in args.poke]
     except MissionError as error:
         print(error, file=sys.stderr)
@@ -47,12 +69,18 @@ def run(args: argparse.Namespace) -> int:
         return 2
     if report_problems(plan.problems, args.strict):
         return 1
-    host = Lockstep(args.seed, args.log_dir)
-    host.add_plan(plan)
+    host = Lockstep(args.seed or 0, args.log_dir)
+    community = host.add_plan(plan)
+    if finished is not None:
+        ended = finished.holds
+        database = community.database
+        host.end_when(
+            lambda: ended({n: v for n in finished.variables if (v := database.value(n)) is not None})
+        )
     for at, name, value in pokes:
         host.poke(at, name, value)
     began = time.perf_counter()
-    progress = None if args.no_progress or not sys.stderr.isatty() else _Progress(args.duration, began)
+    progress = None if args.no_progress or not sys.stderr.isatty() else Progress(args.duration, began)
     try:
         host.run(args.duration, progress)
     finally:
@@ -66,6 +94,10 @@ def run(args: argparse.Namespace) -> int:
         f"{plan.community}: {host.elapsed:.0f} mission seconds in {took:.2f} s "
         f"({host.elapsed / max(took, 1e-9):.0f} times real time)"
     )
+    if finished is not None and host.elapsed < args.duration - 1.0 and not host.failures:
+        print(f"{plan.community}: ended because {finished} holds")
+    if any(app.program == "pLogger" for app in plan.apps):
+        print(f"{plan.community}: logs in {args.log_dir}")
     return 1 if host.failures else 0
 
 
@@ -90,17 +122,7 @@ def parse_poke(text: str) -> tuple[float, str, str | float]:
     return seconds, name, value if forced else typed_value(value)
 
 
-def typed_value(text: str) -> str | float:
-    """A double if `text` is a plain number, text without its quotes otherwise (community.md 19.1)."""
-    from pymoos_lite.records.csp import is_number
-
-    if is_number(text):
-        return float(text)
-    quoted = len(text) >= 2 and text[0] == text[-1] == '"'
-    return text[1:-1] if quoted else text
-
-
-class _Progress:
+class Progress:
     """One line on a terminal with mission time and the speed reached."""
 
     def __init__(self, duration: float, began: float) -> None:

@@ -4,6 +4,7 @@ import io
 
 import pytest
 
+from pymoos_lite.tools import cli
 from pymoos_lite.tools.nsplug import main
 
 
@@ -123,3 +124,11 @@ def test_bytes_that_are_no_utf8_travel_through_unchanged(folder):
 def test_information_exits_with_zero(option, capsys):
     assert main([option]) == 0
     assert capsys.readouterr().out
+
+
+def test_the_umbrella_command_takes_the_same_words(folder, capsys):
+    assert cli.main(["nsplug", "-f", "in", "out", "V=abe", "--strict"]) == 0
+    assert (folder / "out").read_text() == "name = abe\nport = 9000\n\n"
+    assert cli.main(["nsplug", "--help"]) == 0
+    assert "--lenient" in capsys.readouterr().out
+    assert cli.main(["nsplug", "in"]) == 1

@@ -1,0 +1,72 @@
+"""What a simulator tells of a vessel's state: the variables `<prefix>_X`, `<prefix>_Y` ... (marine_apps.md 1.8)."""
+
+from __future__ import annotations
+
+import math
+
+from pymoos_lite.app import App
+from pymoos_lite.geometry.angles import angle180, angle360
+from pymoos_lite.geometry.geodesy import Geodesy, GeodesyError
+from pymoos_lite.marine.vessel_model import Pose
+from pymoos_lite.records.csp import num
+
+
+class NavigationOutput:
+    """Posts poses under one prefix.
+
+    `max_speed` (m/s) caps the published speed, `underwater` adds depth as Z, pitch and yaw, `summary` adds
+    USM_NAVPOS_SUMMARY.
+    """
+
+    def __init__(
+        self,
+        app: App,
+        prefix: str,
+        geodesy: Geodesy | None,
+        max_speed: float,
+        underwater: bool,
+        summary: bool,
+    ) -> None:
+        self.prefix = prefix
+        self._app = app
+        self._geodesy = geodesy
+        self._max_speed = max_speed
+        self._underwater = underwater
+        self._summary = summary
+
+    def publish(self, pose: Pose, reverse: bool, stopped: bool, water_depth: float) -> None:
+        """Post one state; `reverse` turns the heading round, `stopped` shows no speed, depth 0 is unknown."""
+        post, prefix = self._app.notify, self.prefix
+        heading = angle360(pose.heading + 180.0) if reverse else pose.heading
+        post(f"{prefix}_X", pose.x)
+        post(f"{prefix}_Y", pose.y)
+        if self._geodesy is not None:
+            self._post_latlon(self._geodesy, pose.x, pose.y)
+        post(f"{prefix}_HEADING", heading)
+        post(f"{prefix}_SPEED", 0.0 if stopped else self._shown(pose.speed))
+        post(f"{prefix}_DEPTH", pose.depth)
+        post(f"{prefix}_HEADING_OVER_GROUND", pose.heading_over_ground)
+        post(f"{prefix}_SPEED_OVER_GROUND", 0.0 if stopped else pose.speed_over_ground)
+        if water_depth > 0.0:
+            post(f"{prefix}_ALTITUDE", max(0.0, water_depth - pose.depth))
+        if self._underwater:
+            post(f"{prefix}_Z", 0.0 - pose.depth)  # and never -0
+            post(f"{prefix}_PITCH", pose.pitch + 0.0)
+            post(f"{prefix}_YAW", 0.0 - math.radians(angle180(heading)))
+
+    def _post_latlon(self, geodesy: Geodesy, x: float, y: float) -> None:
+        try:
+            lat, lon = geodesy.to_latlon(x, y)
+        except GeodesyError:
+            self._app.run_warning("The vessel is too far from the datum to have a latitude and longitude")
+            return
+        self._app.notify(f"{self.prefix}_LAT", lat)
+        self._app.notify(f"{self.prefix}_LONG", lon)
+        if self._summary:
+            text = f"x={num(x, 3)},y={num(y, 3)},lat={num(lat, 7)},lon={num(lon, 7)}"
+            self._app.notify("USM_NAVPOS_SUMMARY", text)
+
+    def _shown(self, speed: float) -> float:
+        """Speed to 0.01 m/s, halves away from zero."""
+        shown = math.copysign(math.floor(abs(speed) * 100.0 + 0.5) / 100.0, speed) + 0.0
+        return min(shown, self._max_speed)
