@@ -6,6 +6,7 @@ from ivp_helm.ivp.coupler import couple
 from ivp_helm.ivp.domain import Domain
 from ivp_helm.ivp.function import constant
 from ivp_helm.ivp.solver import Method, solve
+from ivp_helm.ivp.tabled import from_table
 from ivp_helm.ivp.zaic import Peak, zaic_hdg, zaic_leq, zaic_peak, zaic_spd
 
 _warm = False
@@ -26,6 +27,7 @@ def warm_up() -> None:
     zaic_hdg(domain, "course", 90, 20, 20)
     joint = couple(course, speed).normalised(0, 90).expanded(domain)
     joint.evaluate([[0, 0, 0]])
+    from_table(domain.subdomain("speed"), [float(v * v) for v in domain["speed"].values()])
     joint.table()
     functions = [joint, zaic_leq(domain, "depth", 20, 5), constant(domain.subdomain("speed"), 5.0)]
     methods: tuple[Method, ...] = ("sweep", "search")

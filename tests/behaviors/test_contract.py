@@ -24,11 +24,18 @@ PARAMETERS: dict[str, dict[str, Any]] = {
     "BHV_ConstantDepth": {"depth": 4, "duration": "no-time-limit", "depth_mismatch_var": "MISMATCH"},
     "BHV_OpRegionV24": {"core_poly": "pts={-20,-20:20,-20:20,20:-20,20}", "save_dist": 5},
     "BHV_ConstantSpeed": {"speed": 2, "duration": "no-time-limit", "speed_mismatch_var": "MISMATCH"},
+    "BHV_AvoidCollision": {"contact": "ben", "post_per_contact_info": "true", "max_util_cpa_dist": 40},
+    "BHV_CutRange": {"contact": "ben", "pwt_outer_dist": 100, "giveup_range": 200, "patience": 40},
+    "BHV_Trail": {"contact": "ben", "trail_range": 20, "pwt_outer_dist": 500},
+    "BHV_Shadow": {"contact": "ben"},
+    "BHV_Convoy": {"contact": "ben"},
 }
 """Parameters with which a behaviour does something; others are checked with their defaults."""
 
 WITH_DEPTH = {"domain": ("course:0:359:72", "speed:0:4:9", "depth:0:20:21")}
+BEN = {"contacts": ({"name": "ben", "x": 30.0, "y": 40.0, "heading": 200.0, "speed": 1.2},)}
 OPTIONS: dict[str, dict[str, Any]] = {
+    **dict.fromkeys(("BHV_AvoidCollision", "BHV_CutRange", "BHV_Trail", "BHV_Shadow", "BHV_Convoy"), BEN),
     "BHV_ConstantDepth": WITH_DEPTH,
     "BHV_Timer": {"clocks": ("TIMER_IDLE",)},
 }
