@@ -65,11 +65,7 @@ class OpRegionRecover(Behavior):
             except ValueError as error:
                 self.warn(f"{config.dynamic_region_var}: {error}")
         reset = config.reset_var
-        if (
-            reset
-            and self.buffer.updated(reset)
-            and (self.buffer.text(reset) or "").lower() in ("true", "poly")
-        ):
+        if reset and self.buffer.updated(reset) and (self.buffer.text(reset) or "").lower() in ("true", "poly"):
             self.watch_region.restart()
             self._side = "none"
 
