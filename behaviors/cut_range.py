@@ -98,4 +98,4 @@ class CutRange(ContactBehavior):
         if not self.pursuing:
             self.why = f"{self.config.contact} is {reach:.0f} m off: given up"
             return 0.0
-        return min(1.0, max(0.0, float(reach - inner) / (outer - inner)))
+        return min(1.0, max(0.0, float((reach - inner) / (outer - inner))))

@@ -33,4 +33,4 @@ def pursuit_utilities(plane: Domain, engine: CpaEngine, horizon: float, patience
 def pursuit_function(plane: Domain, engine: CpaEngine, horizon: float, patience: float) -> IvPFunction | None:
     """`pursuit_utilities` as a function from 0 to 100."""
     table = pursuit_utilities(plane, engine, horizon, patience)
-    return None if table is None else from_table(plane, table, tolerance=0.25)
+    return None if table is None else from_table(plane, table, tolerance=0.1)

@@ -59,7 +59,7 @@ def from_table(
     if len(bounds) < u.size:
         bounds, planes = np.empty((u.size, 4), np.int64), np.empty((u.size, 3))
     allowed = 0.01 * tolerance * (most - least)
-    count = kernels.cut(u, allowed, _FIRST_CUT, bounds, planes)
+    count = kernels.cut(u, most, allowed, _FIRST_CUT, bounds, planes)
     block = kernels.block_of_cuts(bounds, planes, count, dims, float(base), float(extent))
     _spare.append((bounds, planes))
     return IvPFunction._of_block(domain, block)
