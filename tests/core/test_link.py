@@ -297,6 +297,27 @@ def test_segments_far_ahead_are_refused_and_cost_no_memory() -> None:
     assert receiver.buffered <= SMALL.window
 
 
+def test_an_early_segment_that_is_repeated_is_counted_once() -> None:
+    receiver = link()
+    for number in range(1, 40):
+        receiver.receive(encode(DataFrame(number, 0, 0, 0, 1, bytes(300)), CONNECTION), 0.0)
+    assert receiver.buffered == 300
+
+
+def test_a_silent_peer_is_asked_more_often_than_a_lively_one() -> None:
+    both = pair()
+    both.links[0].submit(frame_record(b"x"))
+    both.run(lambda: not both.links[0].backlog)
+    end, now, moments = both.links[0], both.now, []
+    while not end.expired(now):
+        moments += [now] * len(end.datagrams(now))
+        now = end.next_deadline()
+    gaps = [later - earlier for earlier, later in itertools.pairwise(moments)]
+    assert gaps[0] == pytest.approx(0.5)
+    assert gaps[-1] == pytest.approx(0.125)
+    assert len(moments) >= 20
+
+
 def test_acknowledging_what_was_never_sent_is_refused() -> None:
     with pytest.raises(FrameError) as caught:
         link().receive(encode(DataFrame(1, 5, 0, 0, 0, b"\0\0\0\0"), CONNECTION), 0.0)
