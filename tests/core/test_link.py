@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 from wires import Pair, Weather
 
+from pymoos_lite.core.assembly import RecordError, frame_record
 from pymoos_lite.core.frames import Data as DataFrame
 from pymoos_lite.core.frames import Fault, FrameError, encode
-from pymoos_lite.core.link import Link, LinkLimits, PathLimits, RecordError, frame_record
+from pymoos_lite.core.link import Link, LinkLimits, PathLimits
 
 CONNECTION = b"abcdefgh"
 SMALL = LinkLimits(path=PathLimits(400, 4000), window=4000, max_record=100_000)
@@ -43,11 +44,11 @@ weathers = st.builds(
 def assert_memory_bounded(both: Pair) -> None:
     for end in both.links:
         limits = end.limits
-        assert end._outstanding_bytes <= limits.window
-        assert end._early_bytes <= limits.window
-        assert len(end._partial) <= limits.max_record + limits.path.budget
-        assert len(end._segments) <= 4096
-        assert len(end._resend) <= 4096
+        assert end.flight.outstanding <= limits.window
+        assert end.assembly._early_bytes <= limits.window
+        assert len(end.assembly._partial) <= limits.max_record + limits.path.budget
+        assert len(end.flight._segments) <= 4096
+        assert len(end.flight._again) <= 4096
 
 
 @settings(max_examples=80, deadline=None)
@@ -142,8 +143,8 @@ class Carrier(RuleBasedStateMachine):
             got, sent = self.received[side], self.sent[1 - side]
             assert got == sent[: len(got)]
             assert self.links[1 - side].acknowledged <= len(got)
-            assert self.links[side]._early_bytes <= SMALL.window
-            assert self.links[side]._flight_bytes >= 0
+            assert self.links[side].assembly._early_bytes <= SMALL.window
+            assert self.links[side].flight._in_flight >= 0
 
     def teardown(self) -> None:
         both = Pair(self.links, Weather(), 1)

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from wires import Town, Weather
 
+from pymoos_lite.core.assembly import frame_record
 from pymoos_lite.core.client_session import (
     ClientLimits,
     ClientSession,
@@ -35,7 +36,7 @@ from pymoos_lite.core.frames import (
     decode,
     encode,
 )
-from pymoos_lite.core.link import LinkLimits, frame_record
+from pymoos_lite.core.link import LinkLimits
 from pymoos_lite.core.message import Message
 from pymoos_lite.core.parcels import Kind
 from pymoos_lite.core.server_session import ServerLimits
@@ -556,7 +557,7 @@ def test_strangers_cost_no_memory_and_get_no_more_than_they_send() -> None:
             server.receive(datagram, ("10.0.0.1", n), 1.0, 1.0)
             assert sum(len(d) for d, _ in server.datagrams(1.0, 1.0)) <= len(datagram)
     assert not server._peers
-    assert not server._used
+    assert not len(server._cookies)
     assert server.statistics.dropped[Fault.BAD_COOKIE] == 5000
     assert server.statistics.dropped[Fault.UNKNOWN_CONNECTION] == 5000
     assert server.statistics.resets <= 100  # and answers to the last kind are rationed
