@@ -177,7 +177,9 @@ class Loiter(Behavior):
     # --- state changes ------------------------------------------------------------------------------------
 
     def on_idle_to_run(self) -> None:
-        self.post("BHV_SETTINGS", f"type={type(self).BHV_NAME},name={self.name},{self.settings()}", repeat=True)
+        self.post(
+            "BHV_SETTINGS", f"type={type(self).BHV_NAME},name={self.name},{self.settings()}", repeat=True
+        )
         self.engine.forget_distance()
         self._fresh = True
         self._bearing = None
@@ -233,7 +235,7 @@ class Loiter(Behavior):
             if clockwise != self.clockwise:
                 self.clockwise = clockwise
                 self._take(polygon)
-                polygon = self.polygon
+                polygon = self.polygon or polygon
                 self._acquiring = self._distance > self.config.acquire_dist
         self._fresh = False
         factor = self.config.spiral_factor
@@ -257,7 +259,7 @@ class Loiter(Behavior):
 
     def _circled_enough(self) -> bool:
         """Follow own ship's bearing from the centre; True when the slingshot is to be released."""
-        limit = self.config.slingshot
+        limit = float(self.config.slingshot)
         if limit < 0.0:
             return False
         assert self.polygon is not None

@@ -31,9 +31,7 @@ def entry_from_outside(polygon: Polygon, clockwise: bool, x: float, y: float) ->
 
 def entry_from_inside(polygon: Polygon, x: float, y: float, heading: float, spiral: float) -> int:
     """The vertex after which the vessel has to turn least; `spiral` degrees favour the one ahead of it."""
-    ahead = min(
-        range(len(polygon)), key=lambda i: angle_diff(heading, bearing(x, y, *polygon.points[i]))
-    )
+    ahead = min(range(len(polygon)), key=lambda i: angle_diff(heading, bearing(x, y, *polygon.points[i])))
 
     def cost(i: int) -> float:
         return abs(_turn_at(polygon, i, x, y)) + (spiral if i == ahead else 0.0)

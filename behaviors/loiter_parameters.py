@@ -62,14 +62,18 @@ LOITER_PARAMETERS = Declaration(
             "A vertex is reached when the distance grows again within this one.",
             aliases=("nm_radius",),
         ),
-        Parameter("patience", "number", 50.0, "percent", "Weight of course against speed.", low=1.0, high=99.0),
+        Parameter(
+            "patience", "number", 50.0, "percent", "Weight of course against speed.", low=1.0, high=99.0
+        ),
         Parameter("ipf_type", "choice", "zaic", "", "Shape of the function.", choices=("zaic", "zaic_spd")),
         forms.custom(
             "center_assign", _center, None, "Move the polygon here: present_position, x,y or one.", "x=5,y=6"
         ),
         forms.number("xcenter_assign", 0.0, "m", "Move the polygon's centre to this x.", low=None),
         forms.number("ycenter_assign", 0.0, "m", "Move the polygon's centre to this y.", low=None),
-        Parameter("center_activate", "boolean", False, "", "Move the polygon to own ship on starting to run."),
+        Parameter(
+            "center_activate", "boolean", False, "", "Move the polygon to own ship on starting to run."
+        ),
         forms.number("mod_poly_rad", 0.0, "m", "Grow (or, negative, shrink) the polygon.", low=None),
         Parameter(
             "spiral_factor",

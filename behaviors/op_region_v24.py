@@ -68,9 +68,7 @@ PARAMETERS = Declaration(
             open_low=True,
             aliases=("recover_speed",),
         ),
-        Parameter(
-            "trigger_on_poly_entry", "boolean", True, "", "halt_poly counts only once it was entered."
-        ),
+        Parameter("trigger_on_poly_entry", "boolean", True, "", "halt_poly counts only once it was entered."),
         forms.number("trigger_entry_time", 1.0, "s", "Time inside halt_poly after which it is entered."),
         forms.number("trigger_exit_time", 0.5, "s", "Time outside halt_poly after which it is left."),
         forms.variable("dynamic_region_var", "", "Variable that brings new core polygons."),
@@ -303,7 +301,8 @@ class OpRegionV24(Behavior):
             self._drawing = [
                 seglist_text(
                     Polygon(
-                        polygon.points, attributes=self.hints.attributes(which, Attributes(label=labels[which]))
+                        polygon.points,
+                        attributes=self.hints.attributes(which, Attributes(label=labels[which])),
                     ),
                     3,
                 )

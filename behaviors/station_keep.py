@@ -28,7 +28,9 @@ HINTS = VisualHints(
 HINT_KEYS = ("vertex_color", "edge_color", "label_color", "vertex_size", "edge_size")
 
 
-def radii_parameters(outer: float, inner: float, outer_speed: float, extra_speed: float) -> tuple[Parameter, ...]:
+def radii_parameters(
+    outer: float, inner: float, outer_speed: float, extra_speed: float
+) -> tuple[Parameter, ...]:
     """Radii and speeds of the way back."""
 
     def above(name: str, default: float, unit: str, doc: str, *aliases: str) -> Parameter:
@@ -119,7 +121,9 @@ class StationKeep(Behavior):
     # --- state changes ------------------------------------------------------------------------------------
 
     def on_idle_to_run(self) -> None:
-        self.post("BHV_SETTINGS", f"type={type(self).BHV_NAME},name={self.name},{self.settings()}", repeat=True)
+        self.post(
+            "BHV_SETTINGS", f"type={type(self).BHV_NAME},name={self.name},{self.settings()}", repeat=True
+        )
         self._hibernation.restart()
         if self.config.center_activate:
             self._swing_end = self.now + self.config.swing_time
@@ -148,7 +152,9 @@ class StationKeep(Behavior):
         mode = "disabled"
         if self.config.hibernation_radius is not None:
             config = self.config
-            mode = self._hibernation.update(self.now, distance, config.hibernation_radius, config.inner_radius)
+            mode = self._hibernation.update(
+                self.now, distance, config.hibernation_radius, config.inner_radius
+            )
             if mode == HIBERNATING:
                 speed = 0.0
         self.post("PSKEEP_MODE", mode.upper())

@@ -2,23 +2,28 @@
 
     python benchmarks/bench_opinion.py [--agents 1000000] [--repeat 15] [--quick]
 
-Everything a number is compared with is measured in the same run, in turns with it: the numpy version of one
-agent's update, the numpy/scipy version of a population step, and the machine's memory bandwidth (a parallel triad
-over arrays far larger than the caches). Times are the best of the repetitions, which is what an otherwise busy
-machine disturbs least. The bytes of a step are counted in three ways:
+Everything a number is compared with is measured in the same run, in turns with it: the numpy version of
+one agent's update, the numpy/scipy version of a population step, and the machine's memory bandwidth (a
+parallel triad over arrays far larger than the caches). Times are the best of the repetitions, which is what
+an otherwise busy machine disturbs least. The bytes of a step are counted in three ways:
 
-  once   every array is read or written once: links (4 B each), row starts, z, u, b, and the new z and u. What a
-         machine with an unlimited cache would move.
-  links  as `once`, and the neighbour's z read at every link (8 N_O B each): what the sum over neighbours asks for.
+  once   every array is read or written once: links (4 B each), row starts, z, u, b, and the new z and u.
+         What a machine with an unlimited cache would move.
+  links  as `once`, and the neighbour's z read at every link (8 N_O B each): what the sums ask for.
   lines  as `once`, and a cache line of 64 B at every link: what memory delivers when neighbours lie anywhere.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
+
+# Threads that wait must not take the core of one that works: matters on machines with other things to do.
+os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 import numba
 import numpy as np
@@ -206,7 +211,9 @@ def bench_population(agents: int, repeat: int) -> None:
     size = 4_000_000 if agents < 500_000 else 20_000_000
     a, b, c = np.ones(size), np.ones(size), np.ones(size)
     rng = np.random.default_rng(1)
-    print(f"\nPopulation: {agents:,} agents, mean degree 8, 3 options, one Euler step of opinions and attention,")
+    print(
+        f"\nPopulation: {agents:,} agents, mean degree 8, 3 options, one Euler step of opinions and attention,"
+    )
     print(f"{numba.get_num_threads()} threads; bandwidth by triad, in turns with the steps")
     print(
         f"{'graph':12}{'ours ms':>9}{'scipy ms':>10}{'ratio':>8}{'triad GB/s':>12}"
@@ -221,7 +228,7 @@ def bench_population(agents: int, repeat: int) -> None:
         gap = max(np.abs(ours.z - theirs.z).max(), np.abs(ours.u - theirs.u).max())
         assert gap < 1e-12, f"the two steps differ by {gap}"
         fast, plain, copy = best(
-            repeat, lambda: ours.step(DT, "euler"), lambda: theirs.step(DT), lambda: triad(a, b, c)
+            repeat, partial(ours.step, DT, "euler"), partial(theirs.step, DT), partial(triad, a, b, c)
         )
         bandwidth = 24.0 * size / copy
         shares = [count / fast / bandwidth for count in step_bytes(graph)]
@@ -270,7 +277,9 @@ def check_threads(agents: int) -> None:
             population.step(DT, method)  # type: ignore[arg-type]
         ends.append((threads, population.z.copy()))
     same = all(np.array_equal(ends[0][1], end) for _, end in ends)
-    print(f"\nthreads {', '.join(str(t) for t, _ in ends)}: {'the same bits' if same else 'DIFFERENT RESULTS'}")
+    print(
+        f"\nthreads {', '.join(str(t) for t, _ in ends)}: {'the same bits' if same else 'DIFFERENT RESULTS'}"
+    )
 
 
 def main() -> None:

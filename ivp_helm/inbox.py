@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from ivp_helm.able_filter import AbleFilter
 from ivp_helm.authority import OVERRIDE_VARIABLES
-from ivp_helm.contacts import LedgerError
 from pymoos_lite.core.message import Message
 from pymoos_lite.records.csp import RecordError
 from pymoos_lite.records.node_report import NodeReport
@@ -164,14 +163,14 @@ class Inbox:
         if not isinstance(message.value, str):
             return False
         try:
-            contact = core.ledger.take(message.value, core.buffer.now)
-        except LedgerError as error:
+            contact = core.contacts.take(message.value, core.buffer.now)
+        except ValueError as error:
             core.note("warning", f"Bad NodeReport: {message.value[:200]}")
             core.note("warning", f"The issue: {error}")
             return False
         if contact is not None:
             prefix = contact.name.upper()
-            core.buffer.assign(f"{prefix}_NAV_GROUP", contact.group)
+            core.buffer.assign(f"{prefix}_NAV_GROUP", contact.report.group)
             core.buffer.assign(f"{prefix}_NAV_TYPE", contact.type)
         return True
 

@@ -28,6 +28,7 @@ from pymoos_lite.config.mission import ConfigLine
 from pymoos_lite.core.message import Message, Value, as_value
 
 DOMAIN = ("course:0:359:360", "speed:0:5:21")
+DEPTH = "depth:0:100:101:optional"
 START = 1_700_000_000.0
 Parameters = Mapping[str, object] | Sequence[tuple[str, object]]
 
@@ -194,15 +195,18 @@ def check_behavior(
     cls: type[Behavior],
     parameters: Parameters | None = None,
     *,
-    domain: Sequence[str] = DOMAIN,
+    domain: Sequence[str] | None = None,
     contacts: Sequence[Mapping[str, Any]] = (),
+    clocks: Sequence[str] = (),
 ) -> None:
     """Check that a behaviour keeps the contract that the helm, its tools and its users rely on.
 
     It is documented; refuses nonsense; runs without errors in random situations; its functions are finite,
     sound and over the domain; it is silent while idle; does no I/O and reads no clock; changes nothing but by
-    posting; and does the same when everything is repeated. `domain` must hold its variables, `contacts`
-    (name, x, y, heading, speed) whom its parameters name.
+    posting; and does the same when everything is repeated. `domain` is by default course and speed, and
+    depth if it needs that; it must hold the behaviour's variables. `contacts`
+    are those (name, x, y, heading, speed) whom its parameters name, `clocks` the variables in which it tells the time
+    even while idle.
 
     Raises:
         ContractError: an AssertionError that lists every broken clause.
@@ -214,8 +218,11 @@ def check_behavior(
         pairs.insert(0, ("name", "subject"))
     pairs.append(("condition", f"{contract.SWITCH} = true"))
 
+    if domain is None:
+        domain = (*DOMAIN, DEPTH) if "depth" in cls.VARIABLES else DOMAIN
+
     def make() -> HelmRig:
-        return HelmRig([(cls, pairs)], domain=domain, turn_model="")
+        return HelmRig([(cls, pairs)], domain=domain)
 
     try:
         behavior = next(life.behavior for life in make().core.population)
@@ -229,7 +236,7 @@ def check_behavior(
         second = contract.sail(make, contacts, findings)
     findings.must(not offences, f"it does no I/O (it called {', '.join(sorted(set(offences)))})")
     findings.must(first == second or bool(offences), "the same inputs give the same functions and posts")
-    contract.check_quiet(make, findings)
+    contract.check_quiet(make, findings, clocks)
     findings.conclude()
 
 

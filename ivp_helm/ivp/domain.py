@@ -131,6 +131,7 @@ class Domain:
     __slots__ = (
         "__weakref__",
         "_by_name",
+        "_frame",
         "_points_array",
         "_scopes",
         "_subdomains",
@@ -150,6 +151,7 @@ class Domain:
     delta: tuple[float, ...]
     size: int  # total number of points: the product of the counts
     _by_name: dict[str, int]
+    _frame: NDArray[np.int64]  # points, and as floats low and delta of each variable, for the solver
     _points_array: NDArray[np.int64]  # points once more, for kernels; never written to
     _subdomains: dict[tuple[str, ...], Domain]
     _scopes: dict[Domain, tuple[NDArray[np.int64], int]]  # scope_of and its address, as kernels want it
@@ -178,6 +180,8 @@ class Domain:
         self.size = math.prod(self.points)
         self._by_name = by_name
         self._points_array = np.array(self.points, dtype=np.int64)
+        limits = np.array(self.low + self.delta, dtype=np.float64)
+        self._frame = np.concatenate((self._points_array, limits.view(np.int64)))
         self._subdomains = {}
         self._scopes = {}
         cls._interned[key] = self

@@ -62,6 +62,10 @@ class Connection(Protocol):
         """Names and patterns this client is registered for."""
         ...
 
+    def wanted(self, name: str) -> bool:
+        """Whether anybody hears posts of `name`; True where that cannot be known."""
+        ...
+
     def close(self, reason: str = "") -> None:
         """Leave the community."""
         ...
@@ -139,6 +143,10 @@ class App:
         """Mission time of the current step (start-up, mail or iteration)."""
 
     # --- hooks -------------------------------------------------------------------------------
+
+    @classmethod
+    def warm_up(cls) -> None:
+        """Called once per process before the mission's time begins: compile or load numerics here."""
 
     def on_start_up(self) -> None:
         """Called once, before anything else; `config` is bound. Raise to refuse to start."""

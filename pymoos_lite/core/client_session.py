@@ -14,6 +14,17 @@ from dataclasses import dataclass, field
 from enum import Enum
 from math import inf
 
+from pymoos_lite.core.assembly import RecordError
+from pymoos_lite.core.client_events import (
+    Connected,
+    Disconnected,
+    Event,
+    QueueFull,
+    QueueOpen,
+    Refused,
+    Warned,
+    WriteRefused,
+)
 from pymoos_lite.core.frames import (
     CONNECTION_BYTES,
     HELLO_PADDING,
@@ -34,7 +45,7 @@ from pymoos_lite.core.frames import (
     encode,
     handshake_keys,
 )
-from pymoos_lite.core.link import Link, LinkLimits, RecordError
+from pymoos_lite.core.link import Link, LinkLimits
 from pymoos_lite.core.message import Message, Value, as_value
 from pymoos_lite.core.parcels import (
     BATCH,
@@ -52,12 +63,27 @@ from pymoos_lite.core.parcels import (
     split,
 )
 
+__all__ = [
+    "ClientLimits",
+    "ClientSession",
+    "Connected",
+    "Disconnected",
+    "Event",
+    "QueueFull",
+    "QueueOpen",
+    "Refused",
+    "State",
+    "Warned",
+    "WriteRefused",
+]
+
 _RETRY_FIRST = 0.05
 _RETRY_LAST = 0.5
 _TRIES_PER_CONNECTION = 6
 _CLASH_RETRY = 0.5
 _MAX_EVENTS = 1000
 _MAX_NAMES = 100_000
+_PLAIN_TEXT = 4096  # text up to here needs no look at its encoded length, if it is ASCII
 _UNFINISHED_VALUE = 64  # room in a parcel for everything but value, name and aux
 
 
@@ -68,63 +94,6 @@ class State(Enum):
     CONNECTED = "connected"
     REFUSED = "the database does not admit this client; it has stopped trying"
     CLOSED = "closed by its owner"
-
-
-@dataclass(frozen=True, slots=True)
-class Connected:
-    """A connection stands. With `resumed` it is as if it had never been away."""
-
-    community: str
-    resumed: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Disconnected:
-    """The connection is lost; the session looks for a new one."""
-
-    reason: str
-
-
-@dataclass(frozen=True, slots=True)
-class Refused:
-    """The database does not admit this client; the session has stopped trying."""
-
-    code: RefusalCode
-    reason: str
-
-
-@dataclass(frozen=True, slots=True)
-class WriteRefused:
-    """The database did not accept `count` posts (or a registration) of `name`."""
-
-    name: str
-    reason: str
-    count: int
-
-
-@dataclass(frozen=True, slots=True)
-class QueueFull:
-    """The first of possibly many posts was refused here, because too many are waiting."""
-
-    waiting: int
-    bytes: int
-
-
-@dataclass(frozen=True, slots=True)
-class QueueOpen:
-    """After `QueueFull`: the queue is half empty again; `refused` posts were refused meanwhile."""
-
-    refused: int
-
-
-@dataclass(frozen=True, slots=True)
-class Warned:
-    """Something a person should know."""
-
-    text: str
-
-
-Event = Connected | Disconnected | Refused | WriteRefused | QueueFull | QueueOpen | Warned
 
 
 @dataclass(frozen=True, slots=True)
@@ -232,12 +201,13 @@ class ClientSession:
             ValueError: empty or overlong name or aux, a value over the limit, a time that is no number.
             TypeError: a value that is none of number, boolean, text or bytes.
         """
-        kind = type(value)
-        size = ROW_BYTES
-        if kind is not float:
+        if type(value) is float:
+            size = ROW_BYTES
+        elif type(value) is str and len(value) <= _PLAIN_TEXT and value.isascii():
+            size = ROW_BYTES + len(value)
+        else:
             value = as_value(value)
-            if type(value) is not float:
-                size += self._size_of(name, value)
+            size = self._size_of(name, value)
         if name not in self._names:
             self._learn_name(name)
         if aux and (type(aux) is not str or len(aux) > MAX_AUX or not is_text(aux)):
@@ -252,9 +222,7 @@ class ClientSession:
         """Queue a message of somebody else, source and community kept, as bridges do; else like `post`."""
         name, value, time, source, aux, community = message
         checked = as_value(value)
-        size = ROW_BYTES
-        if type(checked) is not float:
-            size += self._size_of(name, checked)
+        size = self._size_of(name, checked)
         if name not in self._names:
             self._learn_name(name)
         for text, longest in ((aux, MAX_AUX), (source, MAX_VARIABLE), (community, MAX_VARIABLE)):
@@ -281,7 +249,9 @@ class ClientSession:
         return True
 
     def _size_of(self, name: str, value: Value) -> int:
-        assert not isinstance(value, float)
+        """What `value` counts for in the queue; refuses what no link carries."""
+        if isinstance(value, float):
+            return ROW_BYTES
         size = len(value)
         limit = self.limits.link.max_record - MAX_AUX - MAX_VARIABLE - _UNFINISHED_VALUE
         if isinstance(value, str) and not value.isascii():
@@ -291,7 +261,7 @@ class ClientSession:
                 size = len(value.encode("utf-8", "surrogateescape"))
         if size > limit:
             raise ValueError(f"the value of {name} has {size} bytes, allowed are {limit}")
-        return size
+        return ROW_BYTES + size
 
     def _learn_name(self, name: str) -> None:
         check_variable(name)

@@ -17,14 +17,15 @@ from typing import Any, NamedTuple
 
 import msgpack
 
-from pymoos_lite.core.link import frame_record
+from pymoos_lite.core.assembly import frame_record
 from pymoos_lite.core.message import Message, Value
 
 BATCH = 512
 """Messages in one parcel, at most."""
 
-BATCH_BYTES = 256 * 1024
-"""Bytes of values in one parcel, at most, unless a single value is larger."""
+BATCH_BYTES = 31_000
+"""Bytes of messages in one parcel, about, unless a single one is larger: a loopback datagram's worth, so
+that parcels need not be cut and put together again."""
 
 ROW_BYTES = 64
 """What a message occupies besides its value, for the bounds on queues."""
@@ -54,6 +55,9 @@ CONTROL = frozenset({Kind.REGISTER, Kind.UNREGISTER})
 
 PostRow = tuple[str, Value, float, str]
 """Name, value, mission time, aux: what a client says of a post. Its source is known by the connection."""
+
+_FEW = 4
+"""Up to so many rows are checked one by one; more of them column by column, at the speed of C."""
 
 _VALUE_TYPES = frozenset({float, str, bytes})
 _STRING = frozenset({str})
@@ -118,10 +122,11 @@ def is_text(text: str) -> bool:
 
 
 class Parser:
-    """Turns the records of one peer into parcels; `source` is put on its posts."""
+    """Turns the records of one peer into parcels; `source` and `community` are put on its posts."""
 
-    def __init__(self, source: str = "") -> None:
+    def __init__(self, source: str = "", community: str = "") -> None:
         self._source = source
+        self._community = community
 
     def parse(self, record: bytes) -> Parcel:
         """The parcel in `record`, every field checked.
@@ -144,19 +149,24 @@ class Parser:
     def _parse_body(self, number: int, kind: int, body: tuple[Any, ...]) -> Parcel:
         if kind == Kind.POSTS:
             _, _, rows = body
+            if len(rows) <= _FEW:
+                return Posts(number, self._few_posts(rows))
             names, values, times, auxes = _columns(rows, 4)
             _check_columns(names, values, times, auxes)
             messages: Iterator[Message] = map(
-                _make_message, zip(names, values, times, repeat(self._source), auxes, repeat(""))
+                _make_message, zip(names, values, times, repeat(self._source), auxes, repeat(self._community))
             )
             return Posts(number, list(messages))
         if kind == Kind.MAIL or kind == Kind.RELAYED:
             _, _, rows = body
-            names, values, times, sources, auxes, communities = _columns(rows, 6)
-            _check_columns(names, values, times, auxes)
-            _check_strings(sources, MAX_VARIABLE)
-            _check_strings(communities, MAX_VARIABLE)
-            full = list(map(_make_message, rows))
+            if len(rows) <= _FEW:
+                full = _few_messages(rows)
+            else:
+                names, values, times, sources, auxes, communities = _columns(rows, 6)
+                _check_columns(names, values, times, auxes)
+                _check_strings(sources, MAX_VARIABLE)
+                _check_strings(communities, MAX_VARIABLE)
+                full = list(map(_make_message, rows))
             return Mail(number, full) if kind == Kind.MAIL else Posts(number, full)
         if kind == Kind.REGISTER:
             _, _, pattern, source, interval, omit = body
@@ -179,6 +189,42 @@ class Parser:
                 raise ParcelError("notice")
             return Notice(number, rows)
         raise ParcelError(f"kind {kind}")
+
+    def _few_posts(self, rows: Any) -> list[Message]:
+        messages: list[Message] = []
+        for name, value, time, aux in _rows(rows):
+            _check_row(name, value, time, aux)
+            messages.append(Message(name, value, time, self._source, aux, self._community))
+        return messages
+
+
+def _few_messages(rows: Any) -> list[Message]:
+    messages: list[Message] = []
+    for name, value, time, source, aux, community in _rows(rows):
+        _check_row(name, value, time, aux)
+        if type(source) is not str or type(community) is not str:
+            raise ParcelError("text")
+        if len(source) > MAX_VARIABLE or len(community) > MAX_VARIABLE:
+            raise ParcelError("text")
+        messages.append(Message(name, value, time, source, aux, community))
+    return messages
+
+
+def _rows(rows: Any) -> Any:
+    if type(rows) is not tuple or not rows or not all(type(row) is tuple for row in rows):
+        raise ParcelError("rows")
+    return rows
+
+
+def _check_row(name: Any, value: Any, time: Any, aux: Any) -> None:
+    if type(name) is not str or not 0 < len(name) <= MAX_VARIABLE:
+        raise ParcelError("name")
+    if type(value) not in _VALUE_TYPES:
+        raise ParcelError("value")
+    if type(time) is not float or not isfinite(time):
+        raise ParcelError("time")
+    if type(aux) is not str or len(aux) > MAX_AUX:
+        raise ParcelError("aux")
 
 
 def _columns(rows: Any, width: int) -> tuple[tuple[Any, ...], ...]:
@@ -210,6 +256,9 @@ def _check_columns(names: Any, values: Any, times: Any, auxes: Any) -> None:
 
 def split(rows: Sequence[tuple[Any, ...]]) -> Iterator[Sequence[tuple[Any, ...]]]:
     """Cut rows (value at index 1) into batches bounded in number and bytes, in order."""
+    if len(rows) == 1:
+        yield rows
+        return
     for start in range(0, len(rows), BATCH):
         chunk = rows[start : start + BATCH]
         values = [row[1] for row in chunk]
@@ -218,7 +267,7 @@ def split(rows: Sequence[tuple[Any, ...]]) -> Iterator[Sequence[tuple[Any, ...]]
             continue
         first = total = 0
         for index, value in enumerate(values):
-            size = ROW_BYTES if type(value) is float else len(value)
+            size = ROW_BYTES if type(value) is float else ROW_BYTES + len(value)
             if total and total + size > BATCH_BYTES:
                 yield chunk[first:index]
                 first, total = index, 0

@@ -155,6 +155,7 @@ class ShareApp(App):
         self._registered: dict[tuple[str, str], None] = {}
         self._heard: OrderedDict[tuple[Address, str], None] = OrderedDict()
         self._sender: DatagramPort | None = None
+        self._out: DatagramPort | None = None
         self._posted: dict[str, str] = {}
         self._stale_summaries = True
         self._last_summary = float("-inf")
@@ -248,7 +249,7 @@ class ShareApp(App):
         if self.config.outage and self._silent():
             self.drops.silenced += 1
             return
-        port = self._sending_port()
+        port = self._out or self._sending_port()
         destination.datagrams += 1
         destination.bytes += getattr(payload, "size", 0) or len(payload)  # type: ignore[arg-type]
         if port is None or not port.send(payload, destination.address):  # type: ignore[arg-type]
@@ -260,15 +261,14 @@ class ShareApp(App):
 
     def _sending_port(self) -> DatagramPort | None:
         """Datagrams leave from the first place we listen at, so that receivers know whom they hear."""
-        for entry in self.inputs:
-            if entry.port is not None and entry.at.channel < 0:
-                return entry.port
-        if self._sender is None:
+        listening = (e.port for e in self.inputs if e.port is not None and e.at.channel < 0)
+        self._out = next(listening, None)
+        if self._out is None and self._sender is None:
             try:
                 self._sender = self.open_port()
             except OSError as error:
                 self.run_warning(f"cannot open a port to send from: {error.strerror or error}")
-        return self._sender
+        return self._out or self._sender
 
     # --- in ----------------------------------------------------------------------------------
 
@@ -287,7 +287,7 @@ class ShareApp(App):
 
     def _take(self, message: Message, sender: Address, entry: Input | None) -> None:
         name = message.name
-        if entry is not None and not entry.lets_in(name):
+        if entry is not None and entry.white_list and not entry.lets_in(name):
             entry.filtered += 1
             if name.startswith(_VITAL):
                 self.run_warning(
@@ -299,7 +299,7 @@ class ShareApp(App):
             self.drops.looped += 1
             self.run_warning(f"{name} came in and is shared out under the same name: not posted")
             return
-        if message.community:
+        if self.table.has_wildcards and message.community:
             key = (sender, message.community)
             if key not in self._heard:
                 self._heard[key] = None

@@ -7,13 +7,13 @@ shoreside's database.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from pymoos_lite.config.fleet_file import FleetFile
 from pymoos_lite.core.clock import RealClock
 from pymoos_lite.core.message import Message
-from pymoos_lite.hosts.children import Children, Exit, NotReadyError
+from pymoos_lite.hosts.children import GOODBYE, Children, Exit, NotReadyError
 from pymoos_lite.hosts.failures import Failure
 from pymoos_lite.hosts.fleet import FleetPlan, Member, customary_ports
 from pymoos_lite.hosts.ports import PortError, RemoteClient, UdpEndpoint
@@ -22,6 +22,9 @@ from pymoos_lite.hosts.remote import RemoteConnection
 
 START_TIMEOUT = 60.0
 """Wall seconds within which a community must be up: many starting together on few cores take their time."""
+
+GOODBYE_PER_MEMBER = 1.0
+"""Wall seconds more for each community that has to end: they all do so at once, on few cores."""
 
 STEP_BETWEEN_TRIES = 10
 TRIES = 50
@@ -77,23 +80,24 @@ class FleetHost:
         self.failures: list[Failure] = []
         self._folder = folder
         self._settings = dict(settings)
-        self._children = Children(clock, tell)
+        self._children = Children(clock, tell, GOODBYE + GOODBYE_PER_MEMBER * len(plan.members))
         self._restarts: list[tuple[float, str]] = []
         self._members = {member.name: member for member in plan.members}
         self._client: RemoteClient | None = None
         self._connection: RemoteConnection | None = None
 
-    def start(self) -> None:
-        """Start every community, and connect to the shoreside once it is up.
+    def start(self, names: Sequence[str] | None = None) -> None:
+        """Start every community, or those named in that order, and wait until they are up.
 
         Raises:
             PortError: a community could not be started; none is left running.
         """
+        wanted = list(self._members) if names is None else names
         try:
-            for member in self.plan.members:
-                self._spawn(member)
-            for member in self.plan.members:
-                self._children.await_ready(member.name, START_TIMEOUT)
+            for name in wanted:
+                self._spawn(self._members[name])
+            for name in wanted:
+                self._children.await_ready(name, START_TIMEOUT)
         except NotReadyError as error:
             self.close()
             raise PortError(str(error)) from None
@@ -106,11 +110,15 @@ class FleetHost:
         """Names of the communities that run."""
         return self._children.names()
 
+    def address_of(self, name: str) -> tuple[str, int]:
+        """Where the database of a community listens."""
+        return self.options.bind, self._children.port(name) or self._members[name].plan.port
+
     def connect(self, name: str) -> RemoteConnection:
         """A connection to the shoreside's database (or the only community's); served by `turn`."""
         member = self.plan.shoreside or self.plan.members[0]
-        port = self._children.port(member.name) or member.plan.port
-        self._client = RemoteClient(name, self.options.bind, port, self.options.key, clock=self.clock)
+        host, port = self.address_of(member.name)
+        self._client = RemoteClient(name, host, port, self.options.key, clock=self.clock)
         self._connection = RemoteConnection(self._client)
         return self._connection
 
@@ -139,9 +147,13 @@ class FleetHost:
         """End a community at once, as a power cut would; raises KeyError if it does not run."""
         self._children.kill(name)
 
-    def start_again(self, name: str) -> None:
-        """Start a community that is not running."""
-        self._spawn(self._members[name])
+    def stop(self, name: str) -> None:
+        """End one community in an orderly way."""
+        self._children.end([name])
+
+    def replace(self, member: Member) -> None:
+        """Use another plan for the community of that name when it is started next."""
+        self._members[member.name] = member
 
     def close(self) -> None:
         """End every community in an orderly way: vehicles first."""
@@ -178,7 +190,7 @@ class FleetHost:
         self._children.spawn(member.name, _MODULE, order)
 
     def _note(self, exit: Exit) -> None:
-        failure = Failure(exit.name, "the community", "its process", str(exit), f"pid {exit.pid}", "")
+        failure = Failure(self.plan.fleet.name, exit.name, "its process", str(exit), f"pid {exit.pid}", "")
         self.failures.append(failure)
         self.tell(str(failure))
         if self.options.restart:

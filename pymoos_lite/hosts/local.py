@@ -58,6 +58,9 @@ class LocalConnection:
     def registered_names(self) -> Iterable[str]:
         return self._database.registered_by(self.name)
 
+    def wanted(self, name: str) -> bool:
+        return self._database.has_subscriber(name)
+
     def take_notices(self) -> list[str]:
         if not self._notices:
             return []

@@ -19,7 +19,7 @@ from pymoos_lite.core.message import Message
 from pymoos_lite.hosts.failures import Failure, describe_failure
 from pymoos_lite.hosts.local import LocalConnection
 from pymoos_lite.hosts.network import SimulatedNetwork
-from pymoos_lite.hosts.plan import CommunityPlan
+from pymoos_lite.hosts.plan import CommunityPlan, warm_up
 
 
 @dataclass
@@ -78,6 +78,7 @@ class Lockstep:
         Raises:
             ValueError: a community of that name was added before.
         """
+        warm_up(plan)
         community = self.add_community(plan.community or "community")
         names = tuple(plan.app_names)
         for app_plan in plan.apps:
@@ -246,12 +247,14 @@ class Lockstep:
     def _serve_mail_driven(self, community: Community, now: float) -> None:
         # Bounded, so that two apps that answer each other's mail cannot stop time.
         for _ in range(100):
-            waiting = [r for _, r in community.mail_driven if r.app.connection.has_mail() and r.mail_due(now)]
-            if not waiting:
+            idle = True
+            for _, runner in community.mail_driven:
+                if runner.app.connection.has_mail() and runner.mail_due(now):
+                    idle = False
+                    if not self._step(community, runner, now):
+                        self._unqueue(runner)
+            if idle:
                 return
-            for runner in waiting:
-                if not self._step(community, runner, now):
-                    self._unqueue(runner)
 
     def _unqueue(self, runner: AppRunner) -> None:
         self._queue[:] = [entry for entry in self._queue if entry[3] is not runner]

@@ -165,3 +165,9 @@ def _check_orphans(
         hint = did_you_mean(block.app, names)
         if hint:
             found.warn(block.line, f"no Run line starts '{block.app}', so its block is not used{hint}")
+
+
+def warm_up(plan: CommunityPlan) -> None:
+    """Let every kind of app compile or load its numerics (`App.warm_up`)."""
+    for cls in dict.fromkeys(app.cls for app in plan.apps):
+        cls.warm_up()

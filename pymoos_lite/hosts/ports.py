@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import ipaddress
+import math
 import os
 import select
 import socket
@@ -28,8 +29,12 @@ LOOPBACK = "127.0.0.1"
 NETWORK_BUDGET = 1400
 LOOPBACK_BUDGET = 8 * 1024 if sys.platform == "darwin" else 32 * 1024
 """Largest datagram inside one machine. macOS sends none above 9216 bytes in its default settings."""
+LOOPBACK_WINDOW = 512 * 1024
 
 _LARGEST_DATAGRAM = 65535
+_LONGEST_WAIT = 1e5
+_PAUSE = 1.0
+_MOST_AT_ONCE = 200
 _SOCKET_BUFFER = 4 << 20
 _BATCH = 64
 _AT_ONCE = 128 << 10  # bytes read in one go: then what they caused is sent on
@@ -47,7 +52,7 @@ def path_to(address: Address) -> PathLimits:
     """
     host = cast(tuple[str, int], address)[0]
     if is_loopback(host):
-        return PathLimits(LOOPBACK_BUDGET, 8 * LOOPBACK_BUDGET)
+        return PathLimits(LOOPBACK_BUDGET, LOOPBACK_WINDOW)
     return PathLimits(NETWORK_BUDGET, 1 << 20)
 
 
@@ -185,13 +190,17 @@ class UdpEndpoint:
 
 
 def _waiter(sock: socket.socket) -> Callable[[float], bool]:
-    """A function that waits until `sock` is readable; `poll` where there is one, for many open files."""
-    if hasattr(select, "poll"):
-        poll = select.poll()
-        poll.register(sock, select.POLLIN)
-        # Rounded up: waking just before a deadline would cost a second turn.
-        return lambda seconds: bool(poll.poll(-int(-seconds * 1000) if seconds < 1e6 else None))
-    return lambda seconds: bool(select.select([sock], [], [], min(seconds, 1e6))[0])
+    """A function that waits until `sock` is readable.
+
+    `select` counts microseconds, which matters at a high time warp, but on POSIX only knows the first
+    1024 files of a process; `poll` counts milliseconds.
+    """
+    number = sock.fileno()
+    if number < 1024 or not hasattr(select, "poll"):
+        return lambda seconds: bool(select.select((number,), (), (), min(seconds, _LONGEST_WAIT))[0])
+    poll = select.poll()
+    poll.register(sock, select.POLLIN)
+    return lambda seconds: bool(poll.poll(math.ceil(min(seconds, _LONGEST_WAIT) * 1000)))
 
 
 class DatabaseServer:
@@ -215,6 +224,7 @@ class DatabaseServer:
     ) -> None:
         self.database = database
         self._clock = clock
+        self._served = clock.wall()
         self.endpoint = UdpEndpoint(host, port)
         limits = limits or ServerLimits()
         window = min(limits.link.window, self.endpoint.window)
@@ -251,23 +261,33 @@ class DatabaseServer:
 
     def take_in(self) -> int:
         """Take in what has arrived, without waiting, and answer; the number of datagrams."""
+        count = self._receive()
+        self.flush()
+        return count
+
+    def flush(self) -> None:
+        """Send what is due: mail posted since, acknowledgements, signs of life."""
+        wall, now = self._clock.wall(), self._clock.now()
+        if wall - self._served > _PAUSE:
+            # Something here took long. Before anybody is taken for silent, hear what they said.
+            for _ in range(_MOST_AT_ONCE):
+                if not self._receive():
+                    break
+        self._served = wall
+        if self.database.next_deadline() <= now:
+            self.database.tick(now)
+        out = self.session.datagrams(wall, now)
+        if out:
+            self.endpoint.send(out)
+
+    def _receive(self) -> int:
         batch = self.endpoint.receive()
         if batch:
             wall, now = self._clock.wall(), self._clock.now()
             receive = self.session.receive
             for datagram, address in batch:
                 receive(datagram, address, wall, now)
-        self.flush()
         return len(batch)
-
-    def flush(self) -> None:
-        """Send what is due: mail posted since, acknowledgements, signs of life."""
-        wall, now = self._clock.wall(), self._clock.now()
-        if self.database.next_deadline() <= now:
-            self.database.tick(now)
-        out = self.session.datagrams(wall, now)
-        if out:
-            self.endpoint.send(out)
 
     def close(self, reason: str = "the database is shutting down") -> None:
         """Tell every client and close the socket."""
@@ -310,6 +330,7 @@ class RemoteClient:
             limits=replace(limits, link=replace(limits.link, path=path, window=window)),
         )
         self._unsent_posts = 0
+        self._turned = self.clock.wall()
 
     @property
     def connected(self) -> bool:
@@ -354,21 +375,18 @@ class RemoteClient:
 
     def poll(self, timeout: float = 0.0) -> list[Message]:
         """Mail, as soon as there is some, else after `timeout` wall seconds an empty list."""
-        session, endpoint, wall_of = self.session, self.endpoint, self.clock.wall
-        wall = wall_of()
+        self._turn()
+        mail = self.session.take_mail()
+        if mail or timeout <= 0.0:
+            return mail
+        wall = self.clock.wall()
         end = wall + timeout
-        self._send(wall)
-        while True:
-            mail = session.take_mail()
-            if mail:
-                return mail
-            if timeout > 0.0:
-                endpoint.wait(min(end, session.next_deadline()) - wall)
-                wall = wall_of()
-            self._take_in(wall)
-            self._send(wall)
-            if wall >= end:
-                return session.take_mail()
+        while not mail and wall < end:
+            self.endpoint.wait(min(end, self.session.next_deadline()) - wall)
+            self._turn()
+            mail = self.session.take_mail()
+            wall = self.clock.wall()
+        return mail
 
     def flush(self, timeout: float = 0.0) -> bool:
         """Send what waits; with a `timeout`, wait until the database has it all. Whether it has."""
@@ -394,17 +412,17 @@ class RemoteClient:
 
     def _turn(self) -> None:
         wall = self.clock.wall()
-        self._take_in(wall)
-        self._send(wall)
-
-    def _take_in(self, wall: float) -> None:
-        receive = self.session.receive
+        session = self.session
+        if wall - self._turned < _PAUSE:
+            # What was posted leaves first. After a pause, though, the signs of life that came
+            # meanwhile must be heard before the session may judge silence.
+            self.endpoint.send_to_peer(session.datagrams(wall))
+        self._turned = wall
+        self._unsent_posts = 0
         for datagram, _ in self.endpoint.receive():
-            receive(datagram, wall)
+            session.receive(datagram, wall)
         if self.endpoint.unreachable:
             self.endpoint.unreachable = False
-            self.session.lose_contact("nobody listens at the database's address", wall)
-
-    def _send(self, wall: float) -> None:
-        self._unsent_posts = 0
-        self.endpoint.send_to_peer(self.session.datagrams(wall))
+            session.lose_contact("nobody listens at the database's address", wall)
+        if session.next_deadline() <= wall:
+            self.endpoint.send_to_peer(session.datagrams(wall))

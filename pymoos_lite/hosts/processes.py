@@ -73,6 +73,9 @@ class ProcessHost:
         self._connections.append((client, connection))
         return connection
 
+    def prepare(self) -> None:
+        """Nothing: every process prepares itself."""
+
     def start_apps(self) -> None:
         for app in self.plan.apps:
             self._spawn(app.name)

@@ -113,6 +113,9 @@ class RemoteConnection:
     def registered_names(self) -> Iterable[str]:
         return tuple(self._registered)
 
+    def wanted(self, name: str) -> bool:
+        return True  # only the database knows
+
     def take_notices(self) -> list[str]:
         notices, self._notices = self._notices, []
         return notices
@@ -146,6 +149,7 @@ class RemoteHost:
 
     def run(self) -> None:
         """Raises RefusedError, or whatever the app raised."""
+        self._app.cls.warm_up()
         context = self._make(self.connection)
         runner = AppRunner(self._app.cls(context), ProcessMeter())
         runner.start(self.clock.now())
@@ -216,7 +220,7 @@ def main() -> int:
     )
     try:
         if name == DATABASE:
-            return _serve_database(RealtimeHost(plan, options, clock))
+            return _serve_database(RealtimeHost(plan, options, clock, _say))
         app = next(a for a in plan.apps if a.name == name)
         host = run_app(plan, app, options, (order["host"], order["port"]), clock)
         stop_with_stdin(host.stop)
@@ -228,6 +232,10 @@ def main() -> int:
         print(describe_failure(plan.community, name, error, "its process"), file=sys.stderr, flush=True)
         return FAILED_STATUS
     return 0
+
+
+def _say(text: str) -> None:
+    print(text, flush=True)
 
 
 def _serve_database(host: RealtimeHost) -> int:

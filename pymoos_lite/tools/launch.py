@@ -97,6 +97,7 @@ def run(args: argparse.Namespace) -> int:
         log_dir=args.log_dir,
         restart=args.restart,
         seed=args.seed,
+        share_bind=args.bind,
     )
     screen = _Screen(args)
     host: RealtimeHost | ProcessHost
@@ -121,6 +122,14 @@ def _fly(
 ) -> int:
     from pymoos_lite.tools.mission_view import WATCHED, MissionView, appcast_request
 
+    screen.open(f"{plan.community}: database on {host.address[0]} port {host.address[1]}, warp {plan.warp:g}")
+    stop = StopSignals()
+    patience = threading.Timer(PATIENCE, screen.say, [FIRST_START])
+    patience.start()
+    try:
+        host.prepare()
+    finally:
+        patience.cancel()
     view = MissionView(plan.community, host.clock.now())
     watch = host.connect("pymoos_view")
     for name in WATCHED:
@@ -128,17 +137,11 @@ def _fly(
     for name in finished.variables if finished is not None else ():
         watch.register(name, "*", 0.0, ())
     values: dict[str, Value] = {}
-    stop = StopSignals()
-    next_look = 0.0
-    next_request = 0.0
+    next_look = next_request = 0.0
     began = host.clock.now()
-    screen.open(f"{plan.community}: database on {host.address[0]} port {host.address[1]}, warp {plan.warp:g}")
     status = 0
-    patience = threading.Timer(PATIENCE, screen.say, [FIRST_START])
     try:
-        patience.start()
         host.start_apps()
-        patience.cancel()
         screen.begin()
         while not stop.asked:
             host.turn(REFRESH)
@@ -166,7 +169,6 @@ def _fly(
     except KeyboardInterrupt:
         pass
     finally:
-        patience.cancel()
         stop.restore()
         watch.close()
         host.close()

@@ -103,7 +103,7 @@ def _exaggerates(self):
             {"PARAMETERS": Declaration((Parameter("speed", "number", -1.0, "m/s", "Speed.", low=0.0),))},
             "the default of 'speed' is finite and a legal value",
         ),
-        ({"VARIABLES": ("speed", "depth")}, "it runs without errors"),
+        ({"VARIABLES": ("speed", "tilt")}, "it runs without errors"),
     ],
 )
 def test_a_broken_behaviour_is_told_what_it_broke(members, clause):

@@ -239,3 +239,17 @@ def test_two_runs_with_one_seed_post_the_same(tmp_path):
         ]
 
     assert run() == run()
+
+
+@pytest.mark.parametrize(
+    ("choice", "listener", "posted"),
+    [("auto", False, False), ("auto", True, True), ("never", True, False), ("always", False, True)],
+)
+def test_functions_are_posted_when_somebody_listens_or_as_told(tmp_path, choice, listener, posted):
+    bench = Bench(tmp_path, BLOCK + f"start_in_drive = true\nbhv_ipf = {choice}\n")
+    if listener:
+        bench.community.database.connect("viewer", bench.host.clock.now())
+        bench.community.database.register("viewer", "BHV_IPF", bench.host.clock.now())
+    bench.say(**NAV, DEPLOY="true")
+    bench.host.run(3)
+    assert (bench.value("BHV_IPF") is not None) is posted

@@ -574,3 +574,67 @@ def test_a_restart_makes_new_behaviours_and_says_so(kind, initials):
     assert helm.reason == "clear"
     assert helm.posted("IVPHELM_RESTARTED") == ["true"]
     assert len(helm.posted("A")) == initials
+
+
+def test_after_the_database_was_lost_everything_is_told_again():
+    helm = rig({}, text="set MODE = ON {\n GO = true\n} OFF\n")
+    helm.iterate(3)
+    helm.core.reintroduce()
+    before = len(helm.published)
+    helm.iterate()
+    told = {name for _, name, _ in helm.published[before:]}
+    assert {
+        "IVPHELM_DOMAIN",
+        "IVPHELM_MODESET",
+        "IVPHELM_ALLSTOP",
+        "MODE",
+        "IVPHELM_BHV_ACTIVE",
+        "BHV_STATUS",
+    } <= told
+    assert "ivpdomain=" in str(helm.posted("IVPHELM_SUMMARY")[-1])
+
+
+# --- filter levels, functions and reasons as posts --------------------------------------------------------
+
+
+class Echo(Steer):
+    """Sees what the others decided, and wants it five degrees to the right."""
+
+    BHV_NAME = "BHV_Echo"
+    FILTER_LEVEL = 1
+
+    def on_run(self) -> IvPFunction | None:
+        seen = self.buffer.number("DESIRED_HEADING_UNFILTERED")
+        assert seen is not None
+        return zaic_peak(self.domain, "course", Peak(seen + 5.0, 0, 10), wrap=True)
+
+
+def test_a_behaviour_of_filter_level_one_sees_the_decision_of_the_others_first():
+    helm = HelmRig([(Echo, {"name": "echo", "pwt": 500}), (Steer, {"name": "steer", "course": 40})])
+    helm.own()
+    helm.iterate()
+    assert helm.core.buffer.value("DESIRED_HEADING_UNFILTERED") == 40.0
+    assert helm.decision["course"] == 45.0
+
+
+def test_functions_are_posted_in_packets_only_while_somebody_listens():
+    helm = rig({})
+    helm.iterate()
+    assert helm.posted("BHV_IPF") == []
+    helm.core.listens = lambda variable: variable == "BHV_IPF"
+    helm.iterate()
+    packet = str(helm.posted("BHV_IPF")[0])
+    assert packet.startswith("P,steer_a^2,1,1,H,9,2:steer_a,2,")
+    assert ",100,D,course;0;359;360:speed;0;5;21,G," in packet
+    names = [name for _, name, _ in helm.published]
+    assert names.index("BHV_IPF") > len(names) - 1 - names[::-1].index("IVPHELM_ITER"), (
+        "after the iteration's number"
+    )
+
+
+def test_reasons_are_posted_when_they_change_while_somebody_listens():
+    helm = rig({"condition": "GO = true"})
+    helm.core.listens = lambda variable: variable == "BHV_WHY"
+    helm.mail("GO", "no")
+    helm.iterate(3)
+    assert helm.posted("BHV_WHY") == ["name=steer_a,why=GO = true"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from ivp_helm.behavior import Behavior
 from ivp_helm.testing import HelmRig
 
 BAD = """\
@@ -125,3 +126,48 @@ def test_bad_waypoint_parameters_are_refused_with_a_reason(line):
     found = problems(f"Behavior = BHV_Waypoint\n{{\n  name = w\n  {line}\n}}\n")
     assert len(found) == 1
     assert found[0].startswith("test.bhv:4: error: BHV_Waypoint 'w': ")
+
+
+class Old(Behavior):
+    """Nobody should use it."""
+
+    BHV_NAME = "BHV_Old"
+    VARIABLES = ()
+    DEPRECATED = "deprecated, use BHV_New"
+
+
+class Changed(Behavior):
+    """Has lost a parameter."""
+
+    BHV_NAME = "BHV_Changed"
+    VARIABLES = ()
+    RETIRED = {"buffer_dist": "use min_util_cpa_dist"}  # noqa: RUF012
+
+
+@pytest.mark.parametrize(
+    ("cls", "parameters", "words"),
+    [
+        (
+            Old,
+            {"name": "o"},
+            "deprecated, use BHV_New; or add i_understand_this_behavior_is_deprecated = true",
+        ),
+        (
+            Changed,
+            {"name": "c", "buffer_dist": 5},
+            "parameter 'buffer_dist' is retired; use min_util_cpa_dist",
+        ),
+    ],
+)
+def test_what_is_retired_is_an_error_and_only_a_warning_if_that_was_asked_for(cls, parameters, words):
+    strict = HelmRig([(cls, parameters)], faulty=True)
+    assert strict.core.authority.malconfig
+    assert words in str(strict.core.problems[0])
+    lenient = HelmRig([(cls, parameters)], settings={"accept_retired": True})
+    assert words in str(lenient.core.problems[0])
+    assert not lenient.core.authority.malconfig
+
+
+def test_a_deprecated_behaviour_runs_if_the_block_says_that_this_is_understood():
+    helm = HelmRig([(Old, {"name": "o", "i_understand_this_behavior_is_deprecated": True})])
+    assert helm.core.problems == ()

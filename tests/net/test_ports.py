@@ -274,6 +274,55 @@ def test_an_endpoint_survives_peers_that_vanish_and_datagrams_that_do_not_fit() 
             assert time.monotonic() < end
 
 
+class PausedClock(RealClock):
+    """A clock that can be told that time has passed, as when a process was stopped for a while."""
+
+    skipped = 0.0
+
+    def wall(self) -> float:
+        return super().wall() + self.skipped
+
+
+def test_after_a_long_pause_of_the_database_nobody_is_taken_for_silent_who_was_not() -> None:
+    clock = PausedClock()
+    server = DatabaseServer(Database("alpha", clock.now()), clock)
+    limits = ClientLimits(link=LinkLimits(timeout=60.0))
+    client = RemoteClient("app", port=server.address[1], limits=limits)
+    end = time.monotonic() + PATIENCE
+    while not (client.connected and client.flush()):
+        assert time.monotonic() < end
+        client.poll(0.0)
+        server.pump(0.0)
+    client.notify("X", 1.0)
+    client.poll(0.0)
+    clock.skipped = 6.0  # the database's process slept, and the client's post lies in its socket
+    server.flush()
+    assert server.database.clients() == ["app"]
+    assert server.database.value("X") == 1.0
+    clock.skipped = 12.0  # this time the client said nothing
+    server.flush()
+    assert server.database.clients() == []
+    client.close(0.0)
+    server.close()
+
+
+def test_after_a_long_pause_of_an_app_its_connection_is_judged_by_what_came_meanwhile() -> None:
+    with contextlib.closing(Harbour()) as harbour:
+        clock = PausedClock()
+        client = RemoteClient("app", port=harbour.server.address[1], clock=clock)
+        harbour.clients.append(client)
+        harbour.mail[client] = []
+        harbour.until(lambda: client.connected and client.flush())
+        harbour.server.database.connect("inside", 1.0)
+        client.register("X")
+        harbour.until(client.flush)
+        harbour.server.database.publish("inside", Message("X", 1.0, 1.0, "inside"), 1.0)
+        harbour.server.flush()
+        clock.skipped = 4.0
+        assert [m.value for m in client.poll(0.0)] == [1.0]
+        assert client.connected
+
+
 def test_the_link_timeout_of_a_client_can_be_chosen() -> None:
     with contextlib.closing(Harbour()) as harbour:
         client = harbour.add("app", ClientLimits(link=LinkLimits(timeout=1.0, keepalive=0.2)))

@@ -1,4 +1,6 @@
-"""The equation against its slow twin, the order of the integrators, and the invariants of theory (gcid.md 3.6)."""
+"""The equation against its slow twin, the order of the integrators, the invariants of theory."""
+
+import itertools
 
 import numpy as np
 import pytest
@@ -16,7 +18,6 @@ from opinion_engine.model import (
     strongest,
     weighted_decision,
 )
-import itertools
 
 ATTENTION = Attention(tau_u=2.0, u_min=0.4, u_max=1.3, y_th=0.6, n=2.0)
 
