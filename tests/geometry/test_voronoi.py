@@ -11,9 +11,7 @@ from hypothesis import strategies as st
 from pymoos_lite.geometry.polygon import Polygon
 from pymoos_lite.geometry.voronoi import MERGE_DISTANCE, cut, merged, voronoi_cell
 
-CASES = [
-    json.loads(p.read_text()) for p in sorted((Path(__file__).parents[1] / "data/bloom").glob("*.json"))
-]
+CASES = [json.loads(p.read_text()) for p in sorted((Path(__file__).parents[1] / "data/bloom").glob("*.json"))]
 CELLS = [case for case in CASES if case["kind"] == "voronoi_cell"]
 XRAY = Polygon(((-321.4, -204.8), (-50.3, -76.3), (99.6, -392.6), (-192.9, -521.1)))
 

@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 
 from missions.bloom.allocation import METHODS, greedy_target, optimal_target
 
-CASES = [
-    json.loads(p.read_text()) for p in sorted((Path(__file__).parents[1] / "data/bloom").glob("*.json"))
-]
+CASES = [json.loads(p.read_text()) for p in sorted((Path(__file__).parents[1] / "data/bloom").glob("*.json"))]
 GREEDY = [case for case in CASES if case["kind"] == "greedy_allocation"]
 
 coordinate = st.integers(-300, 300).map(float)
 place = st.tuples(coordinate, coordinate)
-teams = st.dictionaries(st.sampled_from("abe ben cal deb eve fin".split()), place, min_size=1, max_size=6)
+teams = st.dictionaries(
+    st.sampled_from(["abe", "ben", "cal", "deb", "eve", "fin"]), place, min_size=1, max_size=6
+)
 
 
 @pytest.mark.parametrize("case", GREEDY, ids=[c["id"] for c in GREEDY])

@@ -34,7 +34,13 @@ def test_entering_a_bloom_while_exploring_gives_five_sample_points_to_everybody(
     sent = [parse_point(post.value) for post in posts if post.variable == "SAMPLE_LOC"]
     assert all(post.to_all for post in posts if post.variable == "SAMPLE_LOC")
     assert [p.label for p in sent] == [f"abe_1_{side}" for side in ("cent", "north", "east", "south", "west")]
-    assert [(p.x, p.y) for p in sent] == [(-115, -300), (-115, -285), (-100, -300), (-115, -315), (-130, -300)]
+    assert [(p.x, p.y) for p in sent] == [
+        (-115, -300),
+        (-115, -285),
+        (-100, -300),
+        (-115, -315),
+        (-130, -300),
+    ]
     assert set(abe.points) == {p.label for p in sent}
 
 
@@ -77,7 +83,7 @@ def test_sample_points_of_others_are_known_until_withdrawn():
 @pytest.mark.parametrize("text", ["", "abc", "x=1", "x=1,y=2", "x=nan,y=0,label=a", "label=a"])
 def test_a_damaged_sample_point_is_refused(text):
     abe = control()
-    with pytest.raises(ValueError):  # noqa: PT011
+    with pytest.raises(ValueError):
         abe.hear_sample_point(text)
     assert abe.points == {}
 

@@ -1,5 +1,6 @@
 """Blooms and storms: drawn from the seed alone, counted once, whoever looks."""
 
+import itertools
 import random
 from dataclasses import replace
 from math import hypot
@@ -47,7 +48,10 @@ def test_equal_seeds_bring_equal_blooms_and_storms_and_others_do_not():
 
 def test_how_often_it_is_advanced_does_not_change_what_comes():
     assert history(Environment(PAPER, 5), 3000.0, 0.5) == history(Environment(PAPER, 5), 3000.0, 1.0)
-    assert history(Environment(PAPER, 5), 3000.0, 7.0).keys() == history(Environment(PAPER, 5), 3000.0, 1.0).keys()
+    assert (
+        history(Environment(PAPER, 5), 3000.0, 7.0).keys()
+        == history(Environment(PAPER, 5), 3000.0, 1.0).keys()
+    )
 
 
 def test_vessels_that_detect_and_sample_change_nothing_about_what_comes():
@@ -170,7 +174,7 @@ def test_a_storm_crosses_a_zone_at_its_speed_and_leaves_the_storm_region():
     while environment.storm is storm:
         track.append((storm.x, storm.y))
         environment.advance(environment.now + 1.0)
-    steps = [hypot(b[0] - a[0], b[1] - a[1]) for a, b in zip(track, track[1:], strict=False)]
+    steps = [hypot(b[0] - a[0], b[1] - a[1]) for a, b in itertools.pairwise(track)]
     assert steps == pytest.approx([0.75] * len(steps), rel=1e-6)
     assert min(abs(PAPER.storm_region.signed_dist(*track[i])) for i in (0, -1)) < 1.0
     assert any(zone.contains(x, y) for zone in ZONES for x, y in track)
