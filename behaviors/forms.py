@@ -12,24 +12,26 @@ from typing import Any
 
 from ivp_helm.base_parameters import flag_parameter
 from pymoos_lite.config.parameters import Parameter, ParameterError, parse_number
+from pymoos_lite.geometry.colors import color_text
 from pymoos_lite.geometry.formats import SpecError
 from pymoos_lite.geometry.hints import VisualHints
 from pymoos_lite.geometry.polygon import Polygon
 from pymoos_lite.geometry.shapes import Point
 from pymoos_lite.geometry.specs import parse_point, parse_polygon
-from pymoos_lite.geometry.text import fields, split_protected
+from pymoos_lite.geometry.text import fields
 
 __all__ = [
     "custom",
     "flag",
     "hint_lines",
+    "hint_pairs",
     "number",
     "point",
     "polygon",
+    "read_color",
     "read_off_or",
     "read_repeat",
     "read_suffix",
-    "read_weight_pair",
     "tolerant_hints",
     "variable",
 ]
@@ -114,17 +116,22 @@ def read_off_or(reader: Callable[[float], bool], legal: str) -> Callable[[str], 
     return read
 
 
-def read_weight_pair(text: str) -> tuple[float, float]:
-    """Two numbers of at least 0, ``a,b``."""
-    pieces = [parse_number(piece) for piece in split_protected(text, ",")]
-    if len(pieces) != 2 or min(pieces) < 0.0:
-        raise ValueError("give two numbers of at least 0")
-    return pieces[0], pieces[1]
+def read_color(text: str) -> str:
+    """A colour as it is written in messages."""
+    color = color_text(text)
+    if color is None:
+        raise ValueError(f"'{text.strip()}' is no colour")
+    return color
 
 
 def hint_lines(example: str) -> Parameter:
     """`visual_hints`, a line of which the behaviour takes in with `set_visual_hints`."""
     return custom("visual_hints", str, None, "Colours and sizes of what is drawn.", example, repeated=True)
+
+
+def hint_pairs(text: str) -> list[tuple[str, str]]:
+    """Lower-case keys and values of a line of hints."""
+    return [(key.lower(), value) for key, value in fields(text)]
 
 
 def tolerant_hints(hints: VisualHints, text: str, known: tuple[str, ...]) -> tuple[VisualHints, list[str]]:

@@ -58,9 +58,7 @@ class MoveToRegion(Behavior):
         if self.visuals and config.setpt_viewable:
             label = Attributes(label=self._label, vertex_color="red", vertex_size=4.0)
             self.post("VIEW_POINT", point_text(Point(x, y, attributes=label)))
-        speed = zaic_spd(
-            self.domain, "speed", config.speed, LOW, config.speed + ABOVE, LOW_UTIL, HIGH_UTIL
-        )
+        speed = zaic_spd(self.domain, "speed", config.speed, LOW, config.speed + ABOVE, LOW_UTIL, HIGH_UTIL)
         course = course_peak(self.domain, bearing(own.x, own.y, x, y))
         return coupled(course, speed, config.patience, 100.0 - config.patience)
 

@@ -18,7 +18,14 @@ RING = 0.8
 """Radius of the circle, as a share of the distance from the middle to the nearest edge."""
 PULL = 200.0
 """Degrees by which the course turns in for each radius of distance outside the circle."""
-MODES = ("rotate", "stochastic", "stochastic_free", "rotate_speed", "stochastic_speed", "stochastic_free_speed")
+MODES = (
+    "rotate",
+    "stochastic",
+    "stochastic_free",
+    "rotate_speed",
+    "stochastic_speed",
+    "stochastic_free_speed",
+)
 
 
 def edge_distance(region: Polygon) -> float:

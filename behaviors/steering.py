@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from ivp_helm.ivp import Domain, IvPFunction, Peak, couple, zaic_peak, zaic_spd
+from ivp_helm.ivp import Domain, IvPFunction, Peak, couple, zaic_leq, zaic_peak, zaic_spd
 from pymoos_lite.geometry.angles import angle360
 
 _REMEMBERED = 256
@@ -48,6 +48,12 @@ def depth_peak(
 ) -> IvPFunction:
     """A preference for one depth."""
     return zaic_peak(domain, "depth", Peak(depth, peakwidth, basewidth, delta))
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def at_most(domain: Domain, variable: str, limit: float, basewidth: float) -> IvPFunction:
+    """All values up to a limit are as good; beyond it they lose all utility over `basewidth`."""
+    return zaic_leq(domain, variable, limit, basewidth)
 
 
 @lru_cache(maxsize=_REMEMBERED)

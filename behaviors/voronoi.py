@@ -119,9 +119,7 @@ class Voronoi(Behavior):
             self._texts[variable] = text
             try:
                 polygon = parse_polygon(text)
-                self._shapes[variable] = (
-                    polygon if polygon.attributes.active and len(polygon) >= 3 else None
-                )
+                self._shapes[variable] = polygon if polygon.attributes.active and len(polygon) >= 3 else None
             except ValueError as error:
                 self.warn(f"{variable}: {error}")
         return self._shapes[variable]

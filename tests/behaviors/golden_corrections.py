@@ -54,8 +54,45 @@ def _station_known_at_once(case: dict[str, Any], parameters: dict[str, str]) -> 
     case["postings"] = kept
 
 
+def _weight_is_pwt(case: dict[str, Any], parameters: dict[str, str]) -> None:
+    """HeadingChange forgets to set its weight, which stays at 10 (C25)."""
+    weight = float(parameters["pwt"])
+    for trace in case["trace"]:
+        trace["weights"] = dict.fromkeys(trace["weights"], weight)
+    for posting in case["postings"]:
+        if posting[2] == "BHV_STATUS":
+            posting[3] = posting[3].replace("pwt=10.00000", f"pwt={weight:.5f}")
+
+
+def _bias_is_a_side(case: dict[str, Any], parameters: dict[str, str]) -> None:
+    """HeadingBias is flat and knows only the right; a side is everything up to 180 degrees off the bow (C25)."""
+    heading = [step for step in case["steps"] if "own" in step][-1]["own"]["heading"]
+    right = parameters.get("bias", "right") == "right"
+    function = case["functions"][case["target"]]
+    function["utility"] = [
+        100.0 if ((course - heading) if right else (heading - course)) % 360.0 <= 180.0 else 0.0
+        for course in range(360)
+    ]
+    for posting in case["postings"]:
+        if posting[2] == "BHV_STATUS":  # a step up and a step down make three pieces of a circle
+            posting[3] = posting[3].replace("pcs=1,", "pcs=3,")
+
+
+def _turn_from_the_first_moment(case: dict[str, Any], parameters: dict[str, str]) -> None:
+    """LegRun steers for the other end of the leg in the very iteration in which a turn begins (C17)."""
+    other_end = "x=100,y=0,label=alpha's next waypoint"
+    points = [p for p in case["postings"] if "'s next waypoint" in str(p[3])]
+    wrong = next(p for p in points if str(p[3]).startswith(other_end))
+    right = points[points.index(wrong) + 1]
+    wrong[3] = right[3]
+    case["postings"] = [p for p in case["postings"] if p is not right]
+
+
 CORRECTIONS: dict[str, Callable[[dict[str, Any], dict[str, str]], None]] = {
     "BHV_StationKeep": _station_known_at_once,
+    "BHV_HeadingChange": _weight_is_pwt,
+    "BHV_HeadingBias": _bias_is_a_side,
+    "BHV_LegRun": _turn_from_the_first_moment,
 }
 
 
