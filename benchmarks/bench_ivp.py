@@ -65,12 +65,11 @@ def geometric_mean(values: list[float]) -> float:
 
 
 def problems() -> None:
+    print("\nThe reference's problems, microseconds per solve. ref.: the reference's add_align + solve;")
+    print("sweep: exhaustive, compiled; numpy: exhaustive, plain numpy (both in this run).\n")
     print(
-        "\nThe reference's problems, microseconds per solve. sweep: exhaustive, compiled; numpy: exhaustive, numpy."
-    )
-    print("reference = add_align + solve, its median.\n")
-    print(
-        f"{'id':>4} {'pieces':<34} {'domain':<13} {'ours':>8} {'best':>8} {'ref.':>8} {'ratio':>6} {'sweep':>9} {'numpy':>9}"
+        f"{'id':>4} {'pieces':<34} {'domain':<13} {'ours':>8} {'best':>8} {'ref.':>8} {'ratio':>6}"
+        f" {'sweep':>9} {'numpy':>9}"
     )
     times = {r["id"]: r for r in json.loads((DATA / "reference_timing.json").read_text())["problems"]}
     rows = []
@@ -172,9 +171,7 @@ def underlying(definition: str) -> Callable[..., Any]:
 
 
 def builds() -> None:
-    print(
-        "\nThe reference's reflector builds, milliseconds. Underlying functions in plain numpy, one also compiled.\n"
-    )
+    print("\nThe reference's reflector builds, milliseconds. Underlying functions in numpy, or compiled.\n")
     print(f"{'build':<36} {'pieces':>6} {'ours':>8} {'best':>8} {'ref.':>8} {'ratio':>6}")
     for b in json.loads((DATA / "reference_timing.json").read_text())["build"]:
         domain = Domain.parse(b["domain"])
@@ -221,10 +218,9 @@ def sizes() -> None:
     print("\nSolve time against size, microseconds. Functions are sums of three gaussians in random places.")
     for text in ("course,0,359,360:speed,0,4,41", "course,0,355,72:speed,0,4,21:depth,0,100,51"):
         domain = Domain.parse(text)
-        print(f"\n{':'.join(domain.names)}, {domain.size} points")
-        print(
-            f"{'functions':>9} {'pieces':>7} {'auto':>9} {'search':>9} {'nodes':>7} {'sweep':>9} {'numpy':>10} {'sweep/search':>12}"
-        )
+        print(f"\n{domain.names_text()}, {domain.size} points")
+        head = ("functions", "pieces", "auto", "search", "nodes", "sweep", "numpy", "sweep/search")
+        print("{:>9} {:>7} {:>9} {:>9} {:>7} {:>9} {:>10} {:>12}".format(*head))
         for count in (2, 4, 8, 16):
             for pieces in (10, 100, 1000, 10_000):
                 functions = random_functions(domain, count, pieces)
