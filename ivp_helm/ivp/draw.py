@@ -94,7 +94,7 @@ def draw(
 
 def _label(f: IvPFunction, i: int) -> str:
     name = f.context or f"function {i + 1}"
-    return f"{name}   weight {f.weight:g}, {f.pieces} pieces"
+    return f"{name}\nweight {f.weight:g}, {f.pieces} pieces"
 
 
 def _said(decision: Solution) -> str:

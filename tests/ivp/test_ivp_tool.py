@@ -134,7 +134,7 @@ class TestPictures:
         g = zaic_peak(HELM, "speed", Peak(2, basewidth=1)).weighted(50, "1:pace")
         figure = draw([f, g], title="two wishes")
         roses = [axes for axes in figure.axes if axes.name == "polar"]
-        assert [axes.get_title().split("  ")[0] for axes in roses] == [
+        assert [axes.get_title().split("\n")[0] for axes in roses] == [
             "1:waypt",
             "1:pace",
             "sum of 2 functions",
