@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 from ivp_helm.info_buffer import InfoBuffer
+from pymoos_lite.geometry.angles import angle360
 from pymoos_lite.geometry.geodesy import Geodesy
 from pymoos_lite.records.contact_ledger import Contact
 
@@ -63,7 +64,7 @@ class Surroundings:
             self.own = None
             return
         depth = number("NAV_DEPTH") if "depth" in self.domain else None
-        self.own = Ownship(x, y, heading % 360.0, number("NAV_SPEED") or 0.0, depth or 0.0)
+        self.own = Ownship(x, y, angle360(heading), number("NAV_SPEED") or 0.0, depth or 0.0)
 
     def missing_own(self) -> str:
         """What is missing when `own` is None, in the reference's words."""
