@@ -6,10 +6,10 @@ from collections.abc import Iterable
 
 from behaviors import forms
 from behaviors.region_watch import RegionWatch
-from behaviors.steering import coupled, speed_peak
+from behaviors.steering import speed_peak
 from behaviors.way_back import Side, way_back
 from ivp_helm.behavior import Behavior
-from ivp_helm.ivp import IvPFunction
+from ivp_helm.ivp import IvPFunction, couple
 from pymoos_lite.config.parameters import Declaration, Parameter
 from pymoos_lite.geometry.attributes import Attributes
 from pymoos_lite.geometry.buffer import buffered
@@ -234,7 +234,7 @@ class OpRegionV24(Behavior):
         self._draw_regions()
         self.why = f"{self._far('save'):.0f} m outside the region, coming back"
         speed = speed_peak(self.domain, config.recover_spd, config.recover_spd / 2.0, 0.2, 20.0)
-        return coupled(back.course, speed, COURSE_WEIGHT, SPEED_WEIGHT)
+        return couple(back.course, speed, COURSE_WEIGHT, SPEED_WEIGHT)
 
     @property
     def _elapsed(self) -> float:
