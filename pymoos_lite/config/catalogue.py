@@ -56,8 +56,6 @@ APPS: tuple[Entry, ...] = (
           "Passes reports and messages between vehicles, as far as they can hear each other."),
     Entry("uFldMessageHandler", "pymoos_lite.field.message_handler:MessageHandler", ("message_handler",),
           "Posts what other vehicles sent in messages."),
-    Entry("uFldCollisionDetect", "pymoos_lite.marine.collision_detect:CollisionDetect", ("collision_detect",),
-          "Ranks and counts encounters between vessels."),
     Entry("pDeadManPost", "pymoos_lite.field.dead_man:DeadMan", ("dead_man",),
           "Posts flags when a heartbeat stays away."),
     Entry("uLoadWatch", "pymoos_lite.apps.load_watch:LoadWatch", ("load_watch",), "Says which apps fall behind."),
