@@ -43,6 +43,8 @@ APPS: tuple[Entry, ...] = (
           "Follows other vessels and alerts behaviours."),
     Entry("pBasicContactMgr", "pymoos_lite.marine.contact_manager:BasicContactManager", (),
           "The older name of the contact manager."),
+    Entry("uFldCollisionDetect", "pymoos_lite.marine.collision_detect:CollisionDetect", ("collision_detect",),
+          "Referee of encounters between vessels."),
     Entry("pShare", "pymoos_lite.field.share:ShareApp", ("share",), "Bridges variables to other communities."),
     Entry("pHostInfo", "pymoos_lite.field.host_info:HostInfo", ("host_info",),
           "Says where this community can be reached."),
