@@ -164,6 +164,13 @@ class OpRegionV24(Behavior):
     def on_idle_to_run(self) -> None:
         self._draw_regions()
 
+    def on_run_to_idle(self) -> None:
+        self._side = "none"
+        self._erase_status()
+
+    def on_complete(self) -> None:
+        self._erase_status()
+
     # --- running ------------------------------------------------------------------------------------------
 
     def on_run(self) -> IvPFunction | None:
@@ -180,8 +187,7 @@ class OpRegionV24(Behavior):
         if in_save:
             self._outside_save = False
             self._side = "none"
-            if self.visuals:
-                self.post("VIEW_POLYGON", erase_seglist_text(self._status_label))
+            self._erase_status()
             self.why = "inside the region"
             return None
         if not self.save_watch.entered:
@@ -310,6 +316,10 @@ class OpRegionV24(Behavior):
             ]
         for text in self._drawing:
             self.post("VIEW_POLYGON", text)
+
+    def _erase_status(self) -> None:
+        if self.visuals:
+            self.post("VIEW_POLYGON", erase_seglist_text(self._status_label))
 
     def _draw_status(self, which: str, corners: int, duration: float | None) -> None:
         if not self.visuals:

@@ -46,7 +46,8 @@ def way_back(
     heading (or stays `bound`), and loses the courses of the other side.
     """
     courses = domain["course"].values()
-    distances = ray_distances(region, x, y, courses)
+    distances = ray_distances(region, x, y, np.append(courses, heading))
+    ahead, distances = float(distances[-1]), distances[:-1]
     hits = distances >= 0.0
     if not hits.any():  # a coarse domain, a far or thin region
         toward = bearing(x, y, *region.center)
@@ -55,7 +56,7 @@ def way_back(
     scale = 100.0 / (far - near) if far > near else 0.0
     values = np.where(hits, 100.0 - (distances - near) * scale, 0.0)
     side: Side = "none"
-    if region.ray_dist(x, y, heading) < 0.0:
+    if ahead < 0.0:
         side = bound
         turns = np.mod(courses - heading, 360.0)
         port = turns > 180.0
@@ -63,4 +64,4 @@ def way_back(
             least = np.where(hits, np.minimum(turns, 360.0 - turns), np.inf)
             side = "left" if port[int(np.argmin(least))] else "right"
         values[port if side == "right" else ~port] = 0.0
-    return WayBack(zaic_vector(domain, "course", courses.tolist(), values.tolist()), side)
+    return WayBack(zaic_vector(domain, "course", courses, values), side)  # type: ignore[arg-type]

@@ -119,5 +119,9 @@ BEHAVIORS: tuple[Entry, ...] = (
           "Tells how steady the course asked for is."),
     Entry("BHV_AbortToPoint", "behaviors.abort_to_point:AbortToPoint", (), "Makes for a point."),
     Entry("BHV_TestFailure", "behaviors.deliberate_failure:TestFailure", (), "Fails on purpose, to test watchdogs."),
+    Entry("BHV_HSLine", "behaviors.hs_line:HSLine", (), "Draws the heading asked for."),
+    Entry("BHV_BearingLine", "behaviors.bearing_line:BearingLine", (), "Draws a line towards a point."),
+    Entry("BHV_PModelView", "behaviors.p_model_view:PModelView", (), "Draws how the vessel will turn."),
+    Entry("BHV_RangePulse", "behaviors.range_pulse:RangePulse", (), "Shows range reports."),
 )
 # fmt: on

@@ -65,7 +65,7 @@ own_ship = st.builds(
 
 
 @pytest.mark.parametrize("entry", BEHAVIORS, ids=lambda entry: entry.name)
-@settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=10, deadline=None, suppress_health_check=list(HealthCheck))
 @given(data=st.data())
 def test_any_legal_parameters_are_survived(entry, data):
     kind = load_target(entry.target)

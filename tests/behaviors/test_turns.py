@@ -300,3 +300,14 @@ def test_until_it_stops_it_asks_for_no_speed_on_the_first_heading():
         rig.own(heading / 10.0, 0.0, heading, 1.0)
         rig.iterate()
         assert rig.decision == {"course": 90.0, "speed": 0.0}
+
+
+def test_a_perpetual_stop_tells_its_end_once_per_activation():
+    rig = one("BHV_FullStop", perpetual="true", endflag="DONE=1", condition="GO=1")
+    rig.own(0.0, 0.0, 90.0, 0.0)
+    for activation in (1, 2):
+        rig.mail("GO", 1)
+        rig.iterate(4)
+        assert rig.posted("DONE") == [1.0] * activation
+        rig.mail("GO", 0)
+        rig.iterate()
