@@ -43,6 +43,8 @@ APPS: tuple[Entry, ...] = (
           "Follows other vessels and alerts behaviours."),
     Entry("pBasicContactMgr", "pymoos_lite.marine.contact_manager:BasicContactManager", (),
           "The older name of the contact manager."),
+    Entry("uFldCollisionDetect", "pymoos_lite.marine.collision_detect:CollisionDetect", ("collision_detect",),
+          "Referee of encounters between vessels."),
     Entry("pShare", "pymoos_lite.field.share:ShareApp", ("share",), "Bridges variables to other communities."),
     Entry("pHostInfo", "pymoos_lite.field.host_info:HostInfo", ("host_info",),
           "Says where this community can be reached."),
@@ -54,8 +56,6 @@ APPS: tuple[Entry, ...] = (
           "Passes reports and messages between vehicles, as far as they can hear each other."),
     Entry("uFldMessageHandler", "pymoos_lite.field.message_handler:MessageHandler", ("message_handler",),
           "Posts what other vehicles sent in messages."),
-    Entry("uFldCollisionDetect", "pymoos_lite.marine.collision_detect:CollisionDetect", ("collision_detect",),
-          "Ranks and counts encounters between vessels."),
     Entry("pDeadManPost", "pymoos_lite.field.dead_man:DeadMan", ("dead_man",),
           "Posts flags when a heartbeat stays away."),
     Entry("uLoadWatch", "pymoos_lite.apps.load_watch:LoadWatch", ("load_watch",), "Says which apps fall behind."),
@@ -119,5 +119,9 @@ BEHAVIORS: tuple[Entry, ...] = (
           "Tells how steady the course asked for is."),
     Entry("BHV_AbortToPoint", "behaviors.abort_to_point:AbortToPoint", (), "Makes for a point."),
     Entry("BHV_TestFailure", "behaviors.deliberate_failure:TestFailure", (), "Fails on purpose, to test watchdogs."),
+    Entry("BHV_HSLine", "behaviors.hs_line:HSLine", (), "Draws the heading asked for."),
+    Entry("BHV_BearingLine", "behaviors.bearing_line:BearingLine", (), "Draws a line towards a point."),
+    Entry("BHV_PModelView", "behaviors.p_model_view:PModelView", (), "Draws how the vessel will turn."),
+    Entry("BHV_RangePulse", "behaviors.range_pulse:RangePulse", (), "Shows range reports."),
 )
 # fmt: on

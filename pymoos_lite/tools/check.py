@@ -6,11 +6,10 @@ import argparse
 import sys
 from pathlib import Path
 
-from pymoos_lite.config.problems import Problem
-from pymoos_lite.hosts.plan import CommunityPlan
 from pymoos_lite.tools.mission import (
     MissionError,
     add_mission_arguments,
+    deeper_problems,
     load_plan,
     parse_macros,
     parse_settings,
@@ -55,20 +54,10 @@ def _check_fleet(args: argparse.Namespace) -> int:
         except MissionError as error:
             print(error, file=sys.stderr)
             return 1
-        problems = list(plan.problems)
-        for member in plan.members:
-            problems += deeper_problems(member.plan)
+        problems = [*plan.problems, *deeper_problems(*(member.plan for member in plan.members))]
     for problem in problems:
         print(problem)
     errors = len([p for p in problems if p.severity == "error"])
     names = ", ".join(member.name for member in plan.members) or "nothing"
     print(f"{fleet.file}: {errors} errors, {len(problems) - errors} warnings; would run {names}")
     return 1 if errors or (args.strict and problems) else 0
-
-
-def deeper_problems(plan: CommunityPlan) -> list[Problem]:
-    """What apps find wrong with the files they name (a helm with its `.bhv` file)."""
-    found: list[Problem] = []
-    for app in plan.apps:
-        found += app.cls.check_block(app.lines, plan.mission_dir, plan.mission.file)
-    return found
