@@ -185,6 +185,20 @@ class App:
         """Problems beyond single parameters, found without running: e.g. in files the block names."""
         return []
 
+    @classmethod
+    def explain_block(
+        cls,
+        lines: Sequence[ConfigLine],
+        mission_dir: Path,
+        blocks: Mapping[str, Sequence[ConfigLine]],
+    ) -> str:
+        """What the block will do, for ``pymoos check`` to print; empty for nothing worth telling.
+
+        `blocks` are the lines of all apps of the mission by program name in lower case. Never raises: what
+        is wrong is said by `check_block`.
+        """
+        return ""
+
     # --- talking -----------------------------------------------------------------------------
 
     def notify(self, name: str, value: object, time: float | None = None, aux: str = "") -> bool:

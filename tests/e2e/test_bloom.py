@@ -16,7 +16,8 @@ from missions.bloom.zones import XRAY, YANKEE
 from pymoos_lite.geometry.specs import parse_polygon
 from pymoos_lite.hosts.fleet import add_fleet, deploy_in_lockstep, find_fleet, load_fleet, plan_fleet
 from pymoos_lite.hosts.lockstep import Lockstep
-from pymoos_lite.tools.check import deeper_problems
+from pymoos_lite.tools.cli import main
+from pymoos_lite.tools.mission import deeper_problems
 
 ZONES = [parse_polygon(zone) for zone in (XRAY, YANKEE)]
 GROWN = [zone.grown_by_factor(0.05) for zone in ZONES]
@@ -269,3 +270,16 @@ def test_zones_are_those_of_the_paper():
     assert [
         hypot(b[0] - a[0], b[1] - a[1]) for a, b in zip(ZONES[0].points, ZONES[0].points[1:], strict=False)
     ] == (pytest.approx([300.0, 350.0, 319.5], abs=0.1))
+
+
+def test_check_prints_which_behaviours_each_option_activates(capsys):
+    assert main(["check", "bloom", "--vehicles", "3"]) == 0
+    text = capsys.readouterr().out
+    assert "pOpinionManager of abe, ben, cal" in text
+    rows = {line.split()[0]: line.split()[2:5] for line in text.splitlines() if len(line.split()) >= 5}
+    assert rows["behaviour"] == ["explore", "exploit", "migrate"]
+    assert rows["voronoi_cover"] == ["1", "0", "0"]
+    assert [cell[0] for cell in rows["travel_to_sample"]] == ["0", "1", "0"]
+    assert [cell[0] for cell in rows["migrating"]] == ["0", "0", "1"]
+    assert rows["recover"] == ["1", "1", "1"]
+    assert "warning" not in text.replace("0 warnings", "")
