@@ -128,7 +128,8 @@ class Waypoint(Behavior):
         self.watch(*(name for c in self._lead_conditions for name in c.registrations()))
 
     def set_visual_hints(self, text: str) -> None:
-        self.hints = self.hints.updated(text)
+        # 'inactive' is no colour, but stock files use it to hide the path.
+        self.hints = self.hints.updated(text.replace("=inactive", "=invisible").replace("= inactive", "=invisible"))
 
     def set_use_alt_speed(self, use: bool) -> None:
         self.config.__dict__["use_alt_speed"] = use
@@ -241,8 +242,8 @@ class Waypoint(Behavior):
             return None
         if event == "cycled":
             self._say_status(f"behavior-name={self.name},cycled")
-            self.post_flags(config.wptflag)
             self.post_flags(config.cycleflag)
+            self.post_flags(config.wptflag)
             self._say_index(config.cycle_index_var, engine.cycles)
         elif event == "advanced":
             self.post_flags(config.wptflag)
@@ -401,7 +402,8 @@ class Waypoint(Behavior):
         return values.get(name)
 
     def _previous_index(self) -> int:
-        return (self.engine.index - 1) % max(1, len(self.engine.points))
+        engine = self.engine
+        return (engine.index - 1) % len(engine.points) if engine.hits and engine.points else 0
 
     def _points_text(self) -> str:
         return seglist_text(SegList.of(self.engine.points), 3)
@@ -486,7 +488,7 @@ class Waypoint(Behavior):
             self.post("VIEW_POLYGON", self._loop_text)
 
     def _hides_path(self) -> bool:
-        return self.hints.color("edge_color") in ("off", "inactive", "")
+        return self.hints.color("edge_color") in ("invisible", "")
 
     def _draw(self, track: XY) -> None:
         if not self.visuals:

@@ -28,8 +28,9 @@ class Announcer:
         self._updates_text = ""
 
     def refresh(self) -> None:
-        """Make the next summary a complete one."""
+        """Make the next summary a complete one, and tell the lists again."""
         self._summary.restart()
+        self._lists = dict.fromkeys(STATES, "")
 
     def introduce(self) -> None:
         """The empty counts with which a helm starts."""

@@ -26,6 +26,9 @@ from pymoos_lite.core.message import Message
 from pymoos_lite.geometry.geodesy import Geodesy, GeodesyError
 from pymoos_lite.geometry.text import parse_number
 
+ASK_PERIOD = 1.0
+"""Mission seconds after which it is asked again whether anybody reads functions and reasons."""
+
 
 class Helm(App):
     """Decides heading, speed (and depth) by interval programming."""
@@ -54,8 +57,15 @@ class Helm(App):
         for problem in self.core.problems:
             self.config_warning(str(problem))
         self.core.start(self.now)
+        self._met = False
+        self._listeners: dict[str, tuple[float, bool]] = {}
+        self._cpu = 0.0
+        self._measured = (0.0, process_time())
 
     def on_connect(self) -> None:
+        if self._met:
+            self.core.reintroduce()
+        self._met = True
         self._register()
         for line in self.config.behaviors:
             self.notify("PLOGGER_CMD", f"COPY_FILE_REQUEST = {self.mission_path(line)}")
@@ -71,12 +81,22 @@ class Helm(App):
     def iterate(self) -> None:
         core = self.core
         core.warning_count = len(self.log.config_warnings) + self.log.run_warnings_total
-        core.iterate(self.now)
+        core.iterate(self.now, self._cpu_load())
         self._register()
         self._publish()
 
     def report(self) -> Iterable[str]:
         return report_lines(self.core, self.config.comms_policy)
+
+    def _cpu_load(self) -> float:
+        """Percent of one core since about a second ago; nothing in lockstep, where runs must not differ."""
+        if not self.context.deterministic:
+            wall, used = self.clock.wall(), process_time()
+            before, used_before = self._measured
+            if wall - before > 1.0:
+                self._cpu = 100.0 * (used - used_before) / (wall - before)
+                self._measured = (wall, used)
+        return self._cpu
 
     # --- moving values ----------------------------------------------------------------------------------
 
@@ -102,7 +122,11 @@ class Helm(App):
         choice = self.config.bhv_ipf
         if choice != "auto":
             return bool(choice == "always")
-        return self.connection.wanted(variable)
+        asked, answer = self._listeners.get(variable, (float("-inf"), False))
+        if self.now - asked >= ASK_PERIOD:
+            answer = self.connection.wanted(variable)
+            self._listeners[variable] = (self.now, answer)
+        return answer
 
     # --- configuration ----------------------------------------------------------------------------------
 

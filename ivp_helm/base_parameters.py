@@ -170,6 +170,13 @@ BASE_PARAMETERS = Declaration(
             "comms_policy", "choice", "open", "", "How much to post.", choices=("open", "lean", "dire")
         ),
         Parameter(
+            "i_understand_this_behavior_is_deprecated",
+            "boolean",
+            False,
+            "",
+            "Use a deprecated behaviour all the same.",
+        ),
+        Parameter(
             "build_info",
             "text",
             "",

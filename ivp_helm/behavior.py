@@ -16,7 +16,7 @@ A behaviour is one opinion about where the vehicle should go next. A complete on
         def on_run(self) -> IvPFunction | None:
             self.why = f"{abs(self.own.depth - self.config.depth):.1f} m from the depth asked for"
             self.post("DEPTH_ERROR", self.own.depth - self.config.depth)
-            return zaic_peak(self.domain, "depth", Peak(self.config.depth, peakwidth=1, basewidth=20))
+            return zaic_peak(self.domain, "depth", Peak(self.config.depth, basewidth=20))
 
 Life of a behaviour (helm.md 5.2). Hooks marked * must not be slow: they are inside the helm's iteration.
 
@@ -40,13 +40,13 @@ Units everywhere: x east and y north in metres, degrees clockwise from north, m/
 
 from __future__ import annotations
 
-import string
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from ivp_helm.base_parameters import BASE_PARAMETERS, FLAG_KEYS
-from ivp_helm.conditions import ConditionSet, holds, variables_of
+from ivp_helm.conditions import ConditionSet, holds, parse_condition, variables_of
 from ivp_helm.flags import Flag
+from ivp_helm.macros import Counters, base_macro
 from ivp_helm.surroundings import MissingOwnship, Ownship, Surroundings
 from pymoos_lite.config.parameters import Declaration, ParameterError, Values
 from pymoos_lite.core.message import Value, as_value
@@ -56,9 +56,6 @@ if TYPE_CHECKING:
     from ivp_helm.info_buffer import InfoBuffer
     from ivp_helm.ivp import Domain, IvPFunction
 
-_ALPHABET = (string.digits + string.ascii_letters).replace("o", "").replace("O", "")
-_COUNTERS = ("CTR", "CTR1", "CTR2", "CTR3", "CTR4", "CTR5")
-_HASHES = {"HASH": 6, **{f"HASH{n}": n for n in range(2, 10)}}
 _POLICY = {"open": 0, "lean": 1, "dire": 2}
 
 
@@ -96,6 +93,10 @@ class Behavior:
     """True for avoidance and limits, which are no goal of their own (``goals_mandatory``)."""
     CAN_DISABLE: ClassVar[bool] = False
     """True for classes that obey BHV_ABLE_FILTER (if their ``can_disable`` says so)."""
+    DEPRECATED: ClassVar[str] = ""
+    """Why nobody should use it any more; a block must say ``i_understand_this_behavior_is_deprecated = true``."""
+    RETIRED: ClassVar[Mapping[str, str]] = {}
+    """Parameters that are gone, and what to use instead; refused unless the helm accepts retired things."""
     FILTER_LEVEL: ClassVar[int] = 0
     """1 for behaviours that see the decision of all others before they run (helm.md 11.6)."""
 
@@ -124,6 +125,8 @@ class Behavior:
         self.completed = False
         self.post_mortem = ""
         self.spawned = False
+        self.is_template = False
+        """Instances are made from its block on request (it may be no more than the block's proof)."""
         self.failed = False
         """An error was posted in this iteration."""
         self.last_error = ""
@@ -132,8 +135,7 @@ class Behavior:
         self._watched: dict[str, None] = dict.fromkeys(type(self).INFO)
         self._mapping: dict[str, str] = {}
         self._warned: set[str] = set()
-        self._counters = dict.fromkeys(_COUNTERS, 0)
-        self._now_zero: float | None = None
+        self.counters = Counters()
         self._policy = "open"
         self.setup()
 
@@ -205,7 +207,7 @@ class Behavior:
         """What selectors of BHV_ABLE_FILTER compare with: ``contact``, ``vsource``, ``obstacle``."""
         contact = str(vars(self.config).get("contact", ""))
         known = self.surroundings.contacts.get(contact)
-        return {"contact": contact, "vsource": str(getattr(known, "vsource", ""))}
+        return {"contact": contact, "vsource": known.report.vsource if known is not None else ""}
 
     # --- what the helm lends --------------------------------------------------------------------------
 
@@ -291,9 +293,7 @@ class Behavior:
                 flag.condition is not None and not holds(flag.condition, self.buffer)
             ):
                 continue
-            for macro in flag.macros:
-                if macro.name in self._counters and macro.bracket:
-                    self._counters[macro.name] += 1
+            self.counters.count(flag)
             value = flag.expand(self._macro_value)
             if not flag.destination or flag.destination.endswith("+"):
                 self.post(flag.variable, value, repeat=repeat)
@@ -334,6 +334,10 @@ class Behavior:
         if text in self._warned:
             self._warned.discard(text)
             self._posts.append(Post("BHV_WARNING", f"{self.name}: {text}", "retract", True))
+
+    def bad_config(self, text: str) -> None:
+        """A parameter makes no sense now that its surroundings are known: BHV_BAD_CONFIG."""
+        self._posts.append(Post("BHV_BAD_CONFIG", f"{self.name}: {text}", None))
 
     def event(self, text: str, repeat: bool = False) -> None:
         """Something worth telling happened: BHV_EVENT."""
@@ -412,6 +416,24 @@ class Behavior:
         self.config.condition.append(condition)
         self.conditions = ConditionSet(self.config.condition)
 
+    def resolve_conditions(self) -> None:
+        """Put the contact's name into conditions: ``$[CONTACT]`` in capitals, ``$[contact]`` small, ``$[Contact]``
+        as it is (helm.md 4.5)."""
+        contact = str(vars(self.config).get("contact", ""))
+        spellings = (
+            ("$[CONTACT]", contact.upper()),
+            ("$[contact]", contact.lower()),
+            ("$[Contact]", contact),
+        )
+        if contact and any("$[" in condition.text for condition in self.config.condition):
+            resolved = []
+            for condition in self.config.condition:
+                text = condition.text
+                for spelling, name in spellings:
+                    text = text.replace(spelling, name)
+                resolved.append(condition if text == condition.text else parse_condition(text))
+            self.conditions = ConditionSet(resolved)
+
     def set_post_mapping(self, pair: tuple[str, str]) -> None:
         """Redirect or silence posts."""
         self.config.post_mapping.append(pair)
@@ -437,7 +459,7 @@ class Behavior:
     def variables_needed(self) -> list[str]:
         """Every variable the helm must register for on this behaviour's behalf."""
         config = self.config
-        names = variables_of(config.condition)
+        names = variables_of(self.conditions)
         for flag in self.all_flags():
             if flag.condition is not None:
                 names += flag.condition.registrations()
@@ -460,37 +482,9 @@ class Behavior:
         """The flags of base parameters."""
         return [flag for key in FLAG_KEYS for flag in getattr(self.config, key)]
 
-    # --- macros -------------------------------------------------------------------------------------------
-
     def _macro_value(self, name: str) -> float | str | None:
         value = self.macro(name)
-        return self._base_macro(name) if value is None else value
-
-    def _base_macro(self, name: str) -> float | str | None:
-        if name in self._counters:
-            return float(self._counters[name])
-        if name in _HASHES:
-            return "".join(self.surroundings.random.choices(_ALPHABET, k=_HASHES[name]))
-        if name == "NOW":
-            if self._now_zero is None:
-                self._now_zero = self.now
-            return self.now - self._now_zero
-        own = self.surroundings.own
-        values: dict[str, float | str] = {
-            "OWNSHIP": self.community,
-            "BHVNAME": self.name,
-            "BHVTYPE": type(self).BHV_NAME,
-            "PWT": self.pwt,
-            "CONTACT": str(getattr(self.config, "contact", "")) if "contact" in vars(self.config) else "",
-            "UTC": self.now,
-            "OSX": own.x if own else 0.0,
-            "OSY": own.y if own else 0.0,
-            "OSH": own.heading if own else 0.0,
-            "OSV": own.speed if own else 0.0,
-            "DUR_RUN_TIME": self.run_time,
-            "DUR_IDLE_TIME": self.idle_time,
-        }
-        return values.get(name)
+        return base_macro(self, name) if value is None else value
 
     def __repr__(self) -> str:
         return f"<{type(self).BHV_NAME or type(self).__name__} {self.name!r} {self.state or 'new'}>"

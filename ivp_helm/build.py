@@ -47,8 +47,13 @@ class Built:
     """Behaviours and samples in file order, for `on_helm_start`."""
 
 
-def build_all(blocks: Iterable[BehaviorBlock], find: Finder, surroundings: Surroundings) -> Built:
-    """Build every block; problems carry file and line."""
+def build_all(
+    blocks: Iterable[BehaviorBlock], find: Finder, surroundings: Surroundings, accept_retired: bool = False
+) -> Built:
+    """Build every block; problems carry file and line.
+
+    With `accept_retired` deprecated behaviours and retired parameters are warnings instead of errors.
+    """
     built = Built()
     for block in blocks:
         try:
@@ -59,12 +64,13 @@ def build_all(blocks: Iterable[BehaviorBlock], find: Finder, surroundings: Surro
             continue
         mode, limit, found = _template_settings(block)
         built.problems += found
-        behavior, found = build_behavior(cls, block, surroundings)
+        behavior, found = build_behavior(cls, block, surroundings, accept_retired=accept_retired)
         built.problems += found
         if behavior is None:
             continue
         built.order.append(behavior)
         if mode in ("spawn", "clone"):
+            behavior.is_template = True
             if not behavior.config.updates or " " in behavior.config.updates:
                 text = f"{block.kind} '{behavior.name}': templating needs 'updates = VARIABLE'"
                 built.problems.append(Problem(block.file, block.line, text))
@@ -85,6 +91,7 @@ def build_behavior(
     surroundings: Surroundings,
     name: str = "",
     more: Sequence[ConfigLine] = (),
+    accept_retired: bool = False,
 ) -> tuple[Behavior | None, list[Problem]]:
     """One behaviour from a block and, for spawning, `more` lines on top; None if anything is wrong.
 
@@ -100,6 +107,11 @@ def build_behavior(
     for line in (*block.lines, *more):
         if TEMPLATE_PARAMETERS.find(line.key) is not None:
             continue
+        instead = cls.RETIRED.get(line.key)
+        if instead is not None:
+            text = f"{block.kind} '{label}': parameter '{line.key}' is retired; {instead}"
+            problems.append(Problem(block.file, line.line, text, "warning" if accept_retired else "error"))
+            continue
         try:
             behavior.set_parameter(line.key, line.value)
         except ParameterError as error:
@@ -108,13 +120,16 @@ def build_behavior(
             text = f"{block.kind} '{label}': {line.key} raised {type(error).__name__}: {error}"
             problems.append(Problem(block.file, line.line, text))
     behavior.name = name or behavior.config.name or behavior.name
+    if cls.DEPRECATED and not behavior.config.i_understand_this_behavior_is_deprecated:
+        text = f"{block.kind} '{label}': {cls.DEPRECATED}; or add i_understand_this_behavior_is_deprecated = true"
+        problems.append(Problem(block.file, block.line, text, "warning" if accept_retired else "error"))
     try:
         for complaint in behavior.check():
             problems.append(Problem(block.file, block.line, f"{block.kind} '{label}': {complaint}"))
     except Exception as error:
         text = f"{block.kind} '{label}': check raised {type(error).__name__}: {error}"
         problems.append(Problem(block.file, block.line, text))
-    return (None if problems else behavior), problems
+    return (None if any(p.severity == "error" for p in problems) else behavior), problems
 
 
 def _template_settings(block: BehaviorBlock) -> tuple[str, int, list[Problem]]:

@@ -19,7 +19,8 @@ from ivp_helm.announcer import Announcer, has_goal
 from ivp_helm.authority import Authority
 from ivp_helm.behavior_file import BehaviorFile
 from ivp_helm.build import Finder
-from ivp_helm.contacts import Ledger
+from ivp_helm.contacts import HelmContacts
+from ivp_helm.function_posts import post_functions, post_reasons
 from ivp_helm.inbox import FIXED_VARIABLES, Inbox
 from ivp_helm.info_buffer import InfoBuffer
 from ivp_helm.ivp import Domain, IvPError, Solution, Variable, decision_domain, solve
@@ -103,20 +104,17 @@ class HelmCore:
         self._nav = NAV_VARIABLES + (("NAV_DEPTH",) if "depth" in self.domain else ())
         self.buffer = InfoBuffer()
         self.platform = Platform(settings.turn_model)
-        self.ledger = Ledger(
-            settings.community,
-            settings.contact_max_age,
-            geodesy.to_local if geodesy else None,
-            geodesy.to_latlon if geodesy else None,
-            settings.contact_extrapolation,
+        self.contacts = HelmContacts(
+            settings.community, settings.contact_max_age, geodesy, settings.contact_extrapolation
         )
         self.surroundings = Surroundings(
             self.domain,
             self.buffer,
             settings.community,
-            contacts=self.ledger.contacts,
+            contacts=self.contacts.snapshot,
             platform=self.platform,
             random=random.Random(seed),
+            comms_policy=settings.comms_policy,
             geodesy=geodesy,
         )
         self.inbox = Inbox(self)
@@ -136,7 +134,9 @@ class HelmCore:
 
     def _build(self, found: Sequence[Problem]) -> None:
         self.modes = ModeSet(self.content.modes)
-        self.population = Population(self.content.blocks, self._find, self.surroundings, self._stopwatch)
+        self.population = Population(
+            self.content.blocks, self._find, self.surroundings, self._stopwatch, self.settings.accept_retired
+        )
         self.problems: tuple[Problem, ...] = (*found, *self.content.problems, *self.population.built.problems)
         self.authority.malconfig = any(p.severity == "error" for p in self.problems)
         self.allstop = AllStop()
@@ -173,6 +173,16 @@ class HelmCore:
         if self.settings.helm_alias:
             post("IVPHELM_ALIAS", self.settings.helm_alias)
         self.announcer.introduce()
+
+    def reintroduce(self) -> None:
+        """The database was lost and found again: tell everything anew that it may have forgotten."""
+        if self.authority.malconfig:
+            return
+        self.outbox.forget_everything()
+        self._introduce()
+        self.announcer.refresh()
+        if self.allstop.reason:
+            self.outbox.post("IVPHELM_ALLSTOP", self.allstop.reason)
 
     def _initialize(self, deferred: bool) -> None:
         for entry in self.content.initializations:
@@ -279,10 +289,10 @@ class HelmCore:
         if self._deferred and self.inbox.heard_own_state:
             self._initialize(deferred=True)
             self._deferred.clear()
-        self.ledger.refresh(now, self._referred)
+        self.contacts.refresh(now, self._referred)
         if self._referred:
             post("IVPHELM_CONTACT_SUMMARY", ",".join(sorted(self._referred)))
-        post("IVPHELM_LEDGER_SUMMARY", self.ledger.summary())
+        post("IVPHELM_LEDGER_SUMMARY", self.contacts.summary())
         if not self.authority.driving:
             self._announce(allstop.MANUAL_OVERRIDE)
             self.buffer.clear_deltas()
@@ -342,7 +352,7 @@ class HelmCore:
             newcomers = []
         modes = self.modes.evaluate(buffer)
         rounds, solution, solve_seconds, complaint = self._run_and_solve()
-        if newcomers:
+        if newcomers or any(life.results for life, _ in rounds):
             self._register_all()
         for variable, mode in modes.items():
             outbox.post_change(variable, mode, "HELM_MODE")
@@ -350,6 +360,10 @@ class HelmCore:
         reason, complaint = self._judge(now, rounds, decision, complaint)
         self.timing = self.timing.after(sum(o.build_seconds for _, o in rounds), solve_seconds)
         self.announcer.before_posts(rounds)
+        if self.listens("BHV_IPF"):
+            post_functions(outbox, rounds, self.iteration)
+        if self.listens("BHV_WHY"):
+            post_reasons(outbox, rounds)
         self._drain(rounds)
         self._bury(now)
         self.announcer.after_posts(rounds, decision if reason == allstop.CLEAR else {}, complaint)

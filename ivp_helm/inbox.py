@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from ivp_helm.able_filter import AbleFilter
 from ivp_helm.authority import OVERRIDE_VARIABLES
-from ivp_helm.contacts import LedgerError
 from pymoos_lite.core.message import Message
 from pymoos_lite.records.csp import RecordError
 from pymoos_lite.records.node_report import NodeReport
@@ -45,7 +44,7 @@ class Inbox:
         self._core = core
         self.clients: set[str] = set()
         self.heard_own_state = False
-        self._last_update: dict[str, Message] = {}
+        self._last_request: dict[str, Message] = {}
         self._handlers: dict[str, Callable[[Message], bool]] = {
             "DB_CLIENTS": self._clients,
             "RESTART_HELM": self._restart,
@@ -71,6 +70,7 @@ class Inbox:
         own = core.name
         limit = core.settings.ok_skew
         handlers = self._handlers
+        requests = core.population.request_variables
         for message in mail:
             name, value, stamp, source, aux, _ = message
             if abs(now - stamp) > limit and source != own and not self._believed(message, now):
@@ -80,6 +80,11 @@ class Inbox:
                 continue
             if aux == INITIAL and source == own:
                 continue
+            if name in requests:
+                # A database delivers the latest value again on every registration: no new request.
+                if self._last_request.get(name) == message:
+                    continue
+                self._last_request[name] = message
             buffer.set(name, value, stamp)
 
     def _believed(self, message: Message, now: float) -> bool:
@@ -158,14 +163,14 @@ class Inbox:
         if not isinstance(message.value, str):
             return False
         try:
-            contact = core.ledger.take(message.value, core.buffer.now)
-        except LedgerError as error:
+            contact = core.contacts.take(message.value, core.buffer.now)
+        except ValueError as error:
             core.note("warning", f"Bad NodeReport: {message.value[:200]}")
             core.note("warning", f"The issue: {error}")
             return False
         if contact is not None:
             prefix = contact.name.upper()
-            core.buffer.assign(f"{prefix}_NAV_GROUP", contact.group)
+            core.buffer.assign(f"{prefix}_NAV_GROUP", contact.report.group)
             core.buffer.assign(f"{prefix}_NAV_TYPE", contact.type)
         return True
 

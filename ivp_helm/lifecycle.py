@@ -65,6 +65,8 @@ class Life:
         self.results: list[UpdateResult] = []
         """Updates of this iteration."""
         self.disabled = False
+        self.told_why = ""
+        """The reason last published."""
         self.duration = DurationClock(behavior.config.duration, behavior.config.duration_idle_decay)
         self._stopwatch = stopwatch
         self._last_update = ""
@@ -97,6 +99,7 @@ class Life:
 
     def begin(self) -> None:
         """The parameters are complete; for one spawned at run time also `on_spawn` and its flags."""
+        self.behavior.follow_comms_policy(self.behavior.surroundings.comms_policy)
         self._parameters_complete()
         behavior = self.behavior
         if behavior.spawned:
@@ -310,6 +313,7 @@ class Life:
 
     def _parameters_complete(self) -> None:
         behavior = self.behavior
+        self._call(behavior.resolve_conditions)
         self._call(behavior.on_parameters)
         settings = self._call(behavior.settings)
         if settings:

@@ -81,6 +81,11 @@ class Outbox:
         self._sent.clear()
         return True
 
+    def forget_everything(self) -> None:
+        """Send everything again from now on, the helm's own values included."""
+        self._sent.clear()
+        self._changed.clear()
+
     def forget_change(self, variable: str) -> None:
         """Let the next `post_change` of the variable go out."""
         self._changed.pop(variable, None)

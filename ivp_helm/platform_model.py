@@ -32,13 +32,17 @@ class Platform:
     def __init__(self, model: TurnModel | None = None) -> None:
         self._model = model or TurnModel()
         self._own: Ownship | None = None
+        self._heading = 0.0
         self._headings: deque[tuple[float, float]] = deque(maxlen=64)
 
     def update(self, own: Ownship, now: float) -> None:
         """Own ship's state of this iteration."""
         self._own = own
         headings = self._headings
-        headings.append((now, own.heading))
+        # Unwrapped: a turn through north goes on counting, so that the rate is a difference of two ends.
+        turned = headings[-1][1] + angle180(own.heading - self._heading) if headings else 0.0
+        self._heading = own.heading
+        headings.append((now, turned))
         while len(headings) > 2 and now - headings[0][0] > _RATE_WINDOW:
             headings.popleft()
 
@@ -56,9 +60,4 @@ class Platform:
         headings = self._headings
         if len(headings) < 2 or headings[-1][0] <= headings[0][0]:
             return 0.0
-        turned = 0.0
-        former = headings[0][1]
-        for _, heading in headings:
-            turned += angle180(heading - former)
-            former = heading
-        return turned / (headings[-1][0] - headings[0][0])
+        return (headings[-1][1] - headings[0][1]) / (headings[-1][0] - headings[0][0])

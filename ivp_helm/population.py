@@ -25,10 +25,13 @@ class Population:
         find: Finder,
         surroundings: Surroundings,
         stopwatch: Callable[[], float] = float,
+        accept_retired: bool = False,
     ) -> None:
         self.surroundings = surroundings
-        self.built: Built = build_all(blocks, find, surroundings)
+        self.built: Built = build_all(blocks, find, surroundings, accept_retired)
+        self._accept_retired = accept_retired
         self.templates = self.built.templates
+        self.request_variables = frozenset(template.updates for template in self.templates)
         self._stopwatch = stopwatch
         self.lives = [
             Life(behavior, Origin(block.kind), stopwatch) for behavior, block in self.built.behaviors
@@ -80,7 +83,9 @@ class Population:
         lines = [
             ConfigLine(key, value, template.block.line) for key, value in parse_update(text) if key != "name"
         ]
-        behavior, problems = build_behavior(template.cls, template.block, self.surroundings, full, lines)
+        behavior, problems = build_behavior(
+            template.cls, template.block, self.surroundings, full, lines, self._accept_retired
+        )
         origin = Origin(template.block.kind, prefix, text)
         if behavior is None:
             reason = problems[0].text if problems else "unknown"

@@ -208,6 +208,8 @@ class HelmSettings:
     other_override_var: str = ""
     standby: float = 0.0
     turn_model: TurnModel | None = None
+    comms_policy: str = "open"
+    accept_retired: bool = False
     settle: float = 1.0
 
     @classmethod
@@ -231,6 +233,8 @@ class HelmSettings:
             other_override_var=values.other_override_var,
             standby=values.standby,
             turn_model=values.pmgen,
+            comms_policy=vars(values).get("comms_policy", "open"),
+            accept_retired=values.accept_retired,
         )
 
     def domain(self) -> Domain | None:

@@ -5,7 +5,7 @@ The first summary is complete; later ones carry `iter`, `utc_time` and whatever 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from ivp_helm.lifecycle import Life, Outcome
@@ -50,6 +50,33 @@ class Figures:
     halt_message: str
 
 
+def _seconds(value: float) -> str:
+    return f"{value:.2f}"
+
+
+def _truth(value: object) -> str:
+    return "true" if value else "false"
+
+
+# The keys in their order, and how each is written; what has not changed is not even formatted.
+_WRITERS: tuple[tuple[str, Callable[..., str]], ...] = (
+    ("ofnum", str),
+    ("total_pcs_formed", str),
+    ("total_pcs_cached", str),
+    ("warnings", str),
+    ("solve_time", _seconds),
+    ("create_time", _seconds),
+    ("max_create_time", _seconds),
+    ("max_solve_time", _seconds),
+    ("max_loop_time", _seconds),
+    ("loop_time", _seconds),
+    ("var", str),
+    ("halted", _truth),
+    ("active_goal", _truth),
+    ("modes", str),
+)
+
+
 class Summary:
     """Makes the texts of IVPHELM_SUMMARY, each relative to the one before."""
 
@@ -58,11 +85,13 @@ class Summary:
         self._domain = f'ivpdomain="{domain_text}"'
         self._told: dict[str, str] = {}
         self._groups: dict[str, tuple[object, ...]] = {}
+        self._raw: tuple[object, ...] | None = None
 
     def restart(self) -> None:
         """Make the next one complete."""
         self._told.clear()
         self._groups.clear()
+        self._raw = None
 
     def text(
         self,
@@ -75,34 +104,32 @@ class Summary:
         parts = [f"iter={figures.iteration},utc_time={figures.now:.2f}"]
         timing = figures.timing
         decision = figures.decision
-        values = (
-            ("ofnum", str(figures.functions)),
-            ("total_pcs_formed", str(figures.pieces)),
-            ("total_pcs_cached", str(figures.pieces_reused)),
-            ("warnings", str(figures.warnings)),
-            ("solve_time", f"{timing.solve:.2f}"),
-            ("create_time", f"{timing.create:.2f}"),
-            ("max_create_time", f"{timing.max_create:.2f}"),
-            ("max_solve_time", f"{timing.max_solve:.2f}"),
-            ("max_loop_time", f"{timing.max_loop:.2f}"),
-            ("loop_time", f"{timing.create + timing.solve:.2f}"),
-            (
-                "var",
-                ",".join(
-                    [
-                        f"var={name}:{num(decision[name], 5) if name in decision else 'varbalk'}"
-                        for name in self._variables
-                    ]
-                ),
-            ),
-            ("halted", "true" if figures.halted else "false"),
-            ("active_goal", "true" if figures.active_goal else "false"),
-            ("modes", figures.modes),
+        raw = (
+            figures.functions,
+            figures.pieces,
+            figures.pieces_reused,
+            figures.warnings,
+            timing.solve,
+            timing.create,
+            timing.max_create,
+            timing.max_solve,
+            timing.max_loop,
+            timing.create + timing.solve,
+            tuple([decision.get(name) for name in self._variables]),
+            figures.halted,
+            figures.active_goal,
+            figures.modes,
         )
-        for key, text in values:
-            if told.get(key) != text:
-                told[key] = text
-                parts.append(text if key == "var" else f"{key}={text}")
+        former = self._raw
+        if raw != former:
+            self._raw = raw
+            for k, (key, write) in enumerate(_WRITERS):
+                if former is not None and raw[k] == former[k]:
+                    continue
+                text = self._decision(decision) if key == "var" else f"{key}={write(raw[k])}"
+                if told.get(key) != text:
+                    told[key] = text
+                    parts.append(text)
         self._behaviors(parts, rounds, completed)
         if "ivpdomain" not in told:
             told["ivpdomain"] = self._domain
@@ -111,6 +138,13 @@ class Summary:
             told["halt_msg"] = figures.halt_message
             parts.append(f"halt_msg={figures.halt_message}")
         return ",".join(parts)
+
+    def _decision(self, decision: Mapping[str, float]) -> str:
+        shown = [
+            f"var={name}:{num(decision[name], 5) if name in decision else 'varbalk'}"
+            for name in self._variables
+        ]
+        return ",".join(shown)
 
     def _behaviors(
         self,

@@ -9,13 +9,16 @@ from __future__ import annotations
 import random
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from ivp_helm.info_buffer import InfoBuffer
+from pymoos_lite.geometry.angles import angle360
 from pymoos_lite.geometry.geodesy import Geodesy
+from pymoos_lite.records.contact_ledger import Contact
 
 if TYPE_CHECKING:
     from ivp_helm.ivp import Domain
+    from ivp_helm.platform_model import Platform
 
 
 class Ownship(NamedTuple):
@@ -40,8 +43,9 @@ class Surroundings:
     buffer: InfoBuffer = field(default_factory=InfoBuffer)
     community: str = "ownship"
     own: Ownship | None = None
-    contacts: Mapping[str, Any] = field(default_factory=dict)
-    platform: Any = None
+    contacts: Mapping[str, Contact] = field(default_factory=dict)
+    platform: Platform = field(default_factory=lambda: _new_platform())  # noqa: PLW0108
+    """Own ship's turn model (``platform.model``) and turn rate."""
     random: random.Random = field(default_factory=lambda: random.Random(0))
     comms_policy: str = "open"
     geodesy: Geodesy | None = None
@@ -60,10 +64,16 @@ class Surroundings:
             self.own = None
             return
         depth = number("NAV_DEPTH") if "depth" in self.domain else None
-        self.own = Ownship(x, y, heading % 360.0, number("NAV_SPEED") or 0.0, depth or 0.0)
+        self.own = Ownship(x, y, angle360(heading), number("NAV_SPEED") or 0.0, depth or 0.0)
 
     def missing_own(self) -> str:
         """What is missing when `own` is None, in the reference's words."""
         if self.buffer.number("NAV_X") is None or self.buffer.number("NAV_Y") is None:
             return "No ownship X/Y info in info_buffer."
         return "No ownship heading info in info_buffer."
+
+
+def _new_platform() -> Platform:
+    from ivp_helm.platform_model import Platform  # it needs Ownship from here
+
+    return Platform()

@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ivp_helm import contract
 from ivp_helm.behavior import Behavior
 from ivp_helm.behavior_file import BehaviorBlock, BehaviorFile, Initialization, read_behavior_file
 from ivp_helm.helm import HelmCore, Trace
@@ -27,6 +28,7 @@ from pymoos_lite.config.mission import ConfigLine
 from pymoos_lite.core.message import Message, Value, as_value
 
 DOMAIN = ("course:0:359:360", "speed:0:5:21")
+DEPTH = "depth:0:100:101:optional"
 START = 1_700_000_000.0
 Parameters = Mapping[str, object] | Sequence[tuple[str, object]]
 
@@ -187,6 +189,55 @@ class HelmRig:
             if life.name == name:
                 return life
         raise KeyError(name)
+
+
+def check_behavior(
+    cls: type[Behavior],
+    parameters: Parameters | None = None,
+    *,
+    domain: Sequence[str] | None = None,
+    contacts: Sequence[Mapping[str, Any]] = (),
+    clocks: Sequence[str] = (),
+) -> None:
+    """Check that a behaviour keeps the contract that the helm, its tools and its users rely on.
+
+    It is documented; refuses nonsense; runs without errors in random situations; its functions are finite,
+    sound and over the domain; it is silent while idle; does no I/O and reads no clock; changes nothing but by
+    posting; and does the same when everything is repeated. `domain` is by default course and speed, and
+    depth if it needs that; it must hold the behaviour's variables. `contacts`
+    are those (name, x, y, heading, speed) whom its parameters name, `clocks` the variables in which it tells the time
+    even while idle.
+
+    Raises:
+        ContractError: an AssertionError that lists every broken clause.
+    """
+    findings = contract.Findings(cls.__name__)
+    contract.check_declaration(cls, findings)
+    pairs = list(parameters.items()) if isinstance(parameters, Mapping) else list(parameters or ())
+    if not any(key == "name" for key, _ in pairs):
+        pairs.insert(0, ("name", "subject"))
+    pairs.append(("condition", f"{contract.SWITCH} = true"))
+
+    if domain is None:
+        domain = (*DOMAIN, DEPTH) if "depth" in cls.VARIABLES else DOMAIN
+
+    def make() -> HelmRig:
+        return HelmRig([(cls, pairs)], domain=domain)
+
+    try:
+        behavior = next(life.behavior for life in make().core.population)
+    except AssertionError as error:
+        findings.must(False, f"it can be made with the parameters given ({error})")
+        findings.conclude()
+        raise
+    contract.check_refusals(behavior, findings)
+    first = contract.sail(make, contacts, findings)
+    with contract.no_io() as offences:
+        second = contract.sail(make, contacts, findings)
+    findings.must(not offences, f"it does no I/O (it called {', '.join(sorted(set(offences)))})")
+    findings.must(first == second or bool(offences), "the same inputs give the same functions and posts")
+    contract.check_quiet(make, findings, clocks)
+    findings.conclude()
 
 
 def _type_name(kind: type[Behavior]) -> str:

@@ -34,8 +34,7 @@ engines do
 (every agent integrates itself accurately). euler: explicit Euler. reference: the authors' order of one Euler
 step."""
 
-_PARALLEL_FROM = 4096  # agents; below this sharing the work out costs more than it saves
-_FAR = 16384  # neighbours further apart than this (in agents) are not in a core's cache together
+_PARALLEL_FROM = 16384  # agents; below this sharing the work out costs more than it saves
 
 Progress = Callable[[int, int], None]
 
@@ -136,9 +135,9 @@ class Population:
         self._inputs = self._project(finite_array("inputs", inputs, (1 if self._shared_input else n, n_o)))
         self._links = links
         depth = 1 if links is None else links.stale + links.delay[1] + 1
-        self._ring = np.zeros((depth + 1, n, n_o))  # one more than is read: the state being written
+        self._ring = self._states(depth + 1)  # one more than is read: the state being written
         self._head = 0
-        self._ring[0] = self._project(finite_array("z0", z0, (n, n_o)))
+        self._fill(self._ring[0], self._project(finite_array("z0", z0, (n, n_o))))
         if u0 is None:
             if attention is None:
                 raise OpinionError("a population without attention dynamics needs u0")
@@ -160,7 +159,7 @@ class Population:
     @property
     def z(self) -> Floats:
         """The opinions now, (N, N_O); a view that the next step leaves behind."""
-        return np.asarray(self._ring[self._head])
+        return np.asarray(self._ring[self._head][:, : self.n_options])
 
     @property
     def u(self) -> Floats:
@@ -184,9 +183,6 @@ class Population:
         if graph.n_agents != self.n_agents:
             raise OpinionError(f"the new graph has {graph.n_agents} agents, the population {self.n_agents}")
         self.graph = graph
-        hearers = graph.hearers().astype(np.int64)
-        far = np.abs(hearers - graph.indices.astype(np.int64)) > _FAR
-        self._scattered = bool(far.size and far.mean() > 0.25)
         if self._links is not None:
             low, high = self._links.delay
             self._base_lag = self._rng.integers(low, high + 1, graph.n_links).astype(np.int16)
@@ -204,6 +200,20 @@ class Population:
             if mask.shape != (self.n_agents,):
                 raise OpinionError(f"silent has shape {mask.shape}, expected ({self.n_agents},)")
             self._silent = mask.copy()
+
+    def _states(self, count: int) -> Floats:
+        """Room for states (count, N, W), zero, aligned so that no agent's row straddles a cache line."""
+        width = kernels.row_width(self.n_options)
+        size = count * self.n_agents * width
+        room = np.zeros(size + 8)
+        skip = (-room.ctypes.data % 64) // 8
+        return room[skip : skip + size].reshape(count, self.n_agents, width)
+
+    def _fill(self, state: Floats, z: Floats) -> None:
+        """Write z (N, N_O) and the mean squares into a state (N, W)."""
+        state[:, : self.n_options] = z
+        options = self._options if self._active.size else np.full(1, self.n_options)
+        state[:, -1] = (z * z).sum(axis=1) / np.maximum(1, options)
 
     def _project(self, z: Floats) -> Floats:
         """Without the row means over the active options; inactive ones 0."""
@@ -285,7 +295,7 @@ class Population:
         run = kernels.sweep if self.n_agents >= _PARALLEL_FROM else kernels.sweep_serial
         graph = self.graph
         run(
-            method, dt, substeps, rates_only, graph.indptr, graph.indices, self._scattered, lag, history,
+            method, dt, substeps, rates_only, graph.indptr, graph.indices, lag, history,
             head, u, self._inputs, self._active, self._options, self._kinds, self._own, self._neighbour,
             self._resistance, self._attention, self._dynamic, self._uniform, z_next, u_next,
         )  # fmt: skip
@@ -295,22 +305,24 @@ class Population:
         steps = self._substeps(dt, neighbours=True)
         h = dt / steps
         z, u = self.z.copy(), self._u.copy()
-        rate_z, rate_u = np.empty_like(z), np.empty_like(u)
-        stage_z, stage_u = np.empty((1, *z.shape)), np.empty_like(u)
+        stage, rates = self._states(1), self._states(1)[0]
+        rate_z, rate_u = rates[:, : self.n_options], np.empty_like(u)
+        stage_u = np.empty_like(u)
         for _ in range(steps):
             sum_z, sum_u = np.zeros_like(z), np.zeros_like(u)
-            stage_z[0], stage_u[:] = z, u
+            self._fill(stage[0], z)
+            stage_u[:] = u
             for weight, ahead in ((1.0, 0.5 * h), (2.0, 0.5 * h), (2.0, h), (1.0, 0.0)):
-                self._sweep(kernels.EULER, h, 1, True, self._lag, stage_z, 0, stage_u, rate_z, rate_u)
+                self._sweep(kernels.EULER, h, 1, True, self._lag, stage, 0, stage_u, rates, rate_u)
                 sum_z += weight * rate_z
                 sum_u += weight * rate_u
-                stage_z[0] = z + ahead * rate_z
+                self._fill(stage[0], z + ahead * rate_z)
                 stage_u[:] = u + ahead * rate_u
             z += (h / 6.0) * sum_z
             u += (h / 6.0) * sum_u
             z = self._project(z)
         following = (self._head + 1) % self._ring.shape[0]
-        self._ring[following] = z
+        self._fill(self._ring[following], z)
         self._head = following
         if self._dynamic:
             row = self._attention[self._kinds] if self._attention.shape[0] > 1 else self._attention[[0]]

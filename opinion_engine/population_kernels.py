@@ -13,14 +13,11 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from opinion_engine.intrinsics import prefetch
+from opinion_engine.intrinsics import sum_rows4, sum_rows8
 from opinion_engine.kernels import hill, tanh
 
-TILE = 128
+TILE = 256
 """Agents per tile: its arrays fit the first-level cache."""
-
-PREFETCH_LINKS = 64
-"""How many links ahead a row that is anywhere in memory is asked for."""
 
 EULER, REFERENCE, HELD = 0, 1, 2
 """Methods: explicit Euler; the authors' order (attention first, then opinions with the new attention);
@@ -28,100 +25,48 @@ neighbours held
 during the step while every agent integrates itself by Runge-Kutta, which is what boats with engines do."""
 
 
-@njit(cache=True, error_model="numpy")
-def _gather2(
-    low: int, count: int, indptr: np.ndarray, indices: np.ndarray, z: np.ndarray, heard: np.ndarray, square:
-    np.ndarray,
-) -> None:  # fmt: skip
-    for i in range(count):
-        a = 0.0
-        b = 0.0
-        y = 0.0
-        for e in range(np.int64(indptr[low + i]), np.int64(indptr[low + i + 1])):
-            k = np.uint64(indices[e])  # unsigned: no test for negative indices
-            p, q = z[k, 0], z[k, 1]
-            a += p
-            b += q
-            y += p * p + q * q
-        heard[0, i], heard[1, i] = a, b
-        square[i] = y * 0.5
+def row_width(n_options: int) -> int:
+    """Doubles per agent in a state: the opinions, their mean square, and filling up to whole vectors."""
+    return (n_options + 4) // 4 * 4
 
 
 @njit(cache=True, error_model="numpy")
-def _gather3(
-    low: int, count: int, indptr: np.ndarray, indices: np.ndarray, z: np.ndarray, heard: np.ndarray, square:
-    np.ndarray,
+def _gather(
+    low: int, count: int, indptr: np.ndarray, indices: np.ndarray, state: np.ndarray, sums: np.ndarray
 ) -> None:  # fmt: skip
+    """Sums of the neighbours' rows, last lane included, into sums (TILE, W)."""
+    width = state.shape[1]
     for i in range(count):
-        a = 0.0
-        b = 0.0
-        c = 0.0
-        y = 0.0
-        for e in range(np.int64(indptr[low + i]), np.int64(indptr[low + i + 1])):
-            k = np.uint64(indices[e])
-            p, q, r = z[k, 0], z[k, 1], z[k, 2]
-            a += p
-            b += q
-            c += r
-            y += p * p + q * q + r * r
-        heard[0, i], heard[1, i], heard[2, i] = a, b, c
-        square[i] = y / 3.0
+        first, last = np.int64(indptr[low + i]), np.int64(indptr[low + i + 1])
+        if width == 4:
+            sum_rows4(state, indices, first, last, sums, i)
+        elif width == 8:
+            sum_rows8(state, indices, first, last, sums, i)
+        else:
+            for lane in range(width):
+                sums[i, lane] = 0.0
+            for e in range(first, last):
+                k = np.int64(indices[e])
+                for lane in range(width):
+                    sums[i, lane] += state[k, lane]
 
 
 @njit(cache=True, error_model="numpy")
-def _gather3_scattered(
-    low: int, count: int, indptr: np.ndarray, indices: np.ndarray, z: np.ndarray, heard: np.ndarray, square:
-    np.ndarray,
+def _gather_late(
+    low: int, count: int, indptr: np.ndarray, indices: np.ndarray, lag: np.ndarray, history: np.ndarray,
+    head: int, sums: np.ndarray,
 ) -> None:  # fmt: skip
-    """`_gather3` for neighbours anywhere in memory: asks for each row some links before it is needed."""
-    last = indices.size - 1
+    """`_gather` of messages that are lag (E,) steps old; a negative lag means nothing is heard."""
+    depth, _, width = history.shape
     for i in range(count):
-        a = 0.0
-        b = 0.0
-        c = 0.0
-        y = 0.0
+        for lane in range(width):
+            sums[i, lane] = 0.0
         for e in range(np.int64(indptr[low + i]), np.int64(indptr[low + i + 1])):
-            prefetch(z, np.int64(indices[min(e + PREFETCH_LINKS, last)]))
-            k = np.uint64(indices[e])
-            p, q, r = z[k, 0], z[k, 1], z[k, 2]
-            a += p
-            b += q
-            c += r
-            y += p * p + q * q + r * r
-        heard[0, i], heard[1, i], heard[2, i] = a, b, c
-        square[i] = y / 3.0
-
-
-@njit(cache=True, error_model="numpy")
-def _gather_any(
-    low: int, count: int, indptr: np.ndarray, indices: np.ndarray, lag: np.ndarray, history: np.ndarray, head:
-    int, options: np.ndarray, heard: np.ndarray, square: np.ndarray,
-) -> None:  # fmt: skip
-    """Any number of options; lag (E,) in steps into the ring `history` (H, N, N_O), negative = nothing heard.
-
-    options (N,) says how many options each agent has active; an empty lag means all are heard at once.
-    """
-    n_o = heard.shape[0]
-    depth = history.shape[0]
-    for i in range(count):
-        for j in range(n_o):
-            heard[j, i] = 0.0
-        y = 0.0
-        for e in range(np.int64(indptr[low + i]), np.int64(indptr[low + i + 1])):
-            age = np.int64(lag[e]) if lag.size > 0 else 0
-            if age < 0:
-                continue
-            k = np.int64(indices[e])
-            then = (head - age) % depth
-            own_square = 0.0
-            for j in range(n_o):
-                value = history[then, k, j]
-                heard[j, i] += value
-                own_square += value * value
-            n_k = np.int64(options[k]) if options.size > 0 else n_o
-            if n_k > 0:
-                y += own_square / n_k
-        square[i] = y
+            age = np.int64(lag[e])
+            if age >= 0:
+                k, then = np.int64(indices[e]), (head - age) % depth
+                for lane in range(width):
+                    sums[i, lane] += history[then, k, lane]
 
 
 @njit(cache=True, error_model="numpy")
@@ -233,35 +178,50 @@ def _attention_rate(
 @njit(cache=True, error_model="numpy")
 def _tile(
     tile: int, method: int, dt: float, substeps: int, rates_only: bool, indptr: np.ndarray, indices:
-    np.ndarray, scattered: bool, lag: np.ndarray, history: np.ndarray, head: int, u_now: np.ndarray, inputs:
+    np.ndarray, lag: np.ndarray, history: np.ndarray, head: int, u_now: np.ndarray, inputs:
     np.ndarray, active: np.ndarray, options: np.ndarray, kinds: np.ndarray, own: np.ndarray, neighbour:
     np.ndarray, resistance: np.ndarray, attention: np.ndarray, dynamic: bool, uniform: bool, z_next:
     np.ndarray, u_next: np.ndarray,
 ) -> None:  # fmt: skip
-    z_now = history[head]
-    n, n_o = z_now.shape
+    state = history[head]
+    n, width = state.shape
+    n_o = own.shape[1]
     low = tile * TILE
     count = min(TILE, n - low)
-    block = np.empty((7 * n_o + 7, TILE))
-    z, heard, b, f = block[:n_o], block[n_o : 2 * n_o], block[2 * n_o : 3 * n_o], block[3 * n_o : 4 * n_o]
-    base, total = block[4 * n_o : 5 * n_o], block[5 * n_o : 6 * n_o]
-    on = block[6 * n_o : 7 * n_o] if active.size > 0 else block[:0]
-    u, square, scratch, u_rate, u_base, u_total, share = block[7 * n_o :]
+    # One allocation each: in slices of a common block the compiler fears overlaps and gives up on vectors.
+    z, heard, b, f = (
+        np.empty((n_o, TILE)),
+        np.empty((n_o, TILE)),
+        np.empty((n_o, TILE)),
+        np.empty((n_o, TILE)),
+    )
+    base, total = np.empty((n_o, TILE)), np.empty((n_o, TILE))
+    on = np.empty((n_o if active.size > 0 else 0, TILE))
+    u, square, scratch, u_rate = np.empty(TILE), np.empty(TILE), np.empty(TILE), np.empty(TILE)
+    u_base, u_total, share = np.empty(TILE), np.empty(TILE), np.empty(TILE)
     kind = kinds[low : low + count] if kinds.size > 0 else kinds
 
-    if active.size > 0 or lag.size > 0 or n_o < 2 or n_o > 3:
-        _gather_any(low, count, indptr, indices, lag, history, head, options, heard, square)
-    elif n_o == 2:
-        _gather2(low, count, indptr, indices, z_now, heard, square)
-    elif scattered:
-        _gather3_scattered(low, count, indptr, indices, z_now, heard, square)
+    sums = np.empty((TILE, width))
+    if lag.size > 0:
+        _gather_late(low, count, indptr, indices, lag, history, head, sums)
     else:
-        _gather3(low, count, indptr, indices, z_now, heard, square)
+        _gather(low, count, indptr, indices, state, sums)
+    mine = state[low : low + count]
     one = inputs.shape[0] == 1
+    given = inputs if one else inputs[low : low + count]
+    for j in range(n_o):
+        for i in range(count):
+            heard[j, i] = sums[i, j]
+        for i in range(count):
+            z[j, i] = mine[i, j]
+        if one:
+            for i in range(count):
+                b[j, i] = given[0, j]
+        else:
+            for i in range(count):
+                b[j, i] = given[i, j]
     for i in range(count):
-        for j in range(n_o):
-            z[j, i] = z_now[low + i, j]
-            b[j, i] = inputs[0 if one else low + i, j]
+        square[i] = sums[i, width - 1]
         u[i] = u_now[low + i]
         share[i] = 1.0 / n_o
     if active.size > 0:
@@ -332,10 +292,29 @@ def _tile(
         scratch[i] *= share[i]
     if dynamic:
         _clip(count, u, kind, attention)
-    masked = active.size > 0
-    for i in range(count):
+    if active.size > 0:
         for j in range(n_o):
-            z_next[low + i, j] = z[j, i] - (on[j, i] * scratch[i] if masked else scratch[i])
+            for i in range(count):
+                z[j, i] -= on[j, i] * scratch[i]
+    else:
+        for j in range(n_o):
+            for i in range(count):
+                z[j, i] -= scratch[i]
+    for i in range(count):
+        square[i] = 0.0
+    for j in range(n_o):
+        for i in range(count):
+            square[i] += z[j, i] * z[j, i]
+    written = z_next[low : low + count]
+    for j in range(width - 1):
+        if j < n_o:
+            for i in range(count):
+                written[i, j] = z[j, i]
+        else:
+            for i in range(count):
+                written[i, j] = 0.0
+    for i in range(count):
+        written[i, width - 1] = square[i] * share[i]
         u_next[low + i] = u[i]
 
 
@@ -350,7 +329,7 @@ def _clip(count: int, u: np.ndarray, kind: np.ndarray, attention: np.ndarray) ->
 @njit(cache=True, error_model="numpy")
 def sweep_serial(
     method: int, dt: float, substeps: int, rates_only: bool, indptr: np.ndarray, indices: np.ndarray,
-    scattered: bool, lag: np.ndarray, history: np.ndarray, head: int, u_now: np.ndarray, inputs: np.ndarray,
+    lag: np.ndarray, history: np.ndarray, head: int, u_now: np.ndarray, inputs: np.ndarray,
     active: np.ndarray, options: np.ndarray, kinds: np.ndarray, own: np.ndarray, neighbour: np.ndarray,
     resistance: np.ndarray, attention: np.ndarray, dynamic: bool, uniform: bool, z_next: np.ndarray, u_next:
     np.ndarray,
@@ -358,7 +337,7 @@ def sweep_serial(
     """`sweep` on one thread, for populations too small to share out."""
     for tile in range((u_now.size + TILE - 1) // TILE):
         _tile(
-            tile, method, dt, substeps, rates_only, indptr, indices, scattered, lag, history, head, u_now,
+            tile, method, dt, substeps, rates_only, indptr, indices, lag, history, head, u_now,
             inputs, active, options, kinds, own, neighbour, resistance, attention, dynamic, uniform, z_next,
             u_next,
         )  # fmt: skip
@@ -367,7 +346,7 @@ def sweep_serial(
 @njit(cache=True, parallel=True, error_model="numpy")
 def sweep(
     method: int, dt: float, substeps: int, rates_only: bool, indptr: np.ndarray, indices: np.ndarray,
-    scattered: bool, lag: np.ndarray, history: np.ndarray, head: int, u_now: np.ndarray, inputs: np.ndarray,
+    lag: np.ndarray, history: np.ndarray, head: int, u_now: np.ndarray, inputs: np.ndarray,
     active: np.ndarray, options: np.ndarray, kinds: np.ndarray, own: np.ndarray, neighbour: np.ndarray,
     resistance: np.ndarray, attention: np.ndarray, dynamic: bool, uniform: bool, z_next: np.ndarray, u_next:
     np.ndarray,
@@ -376,9 +355,11 @@ def sweep(
     (N,).
 
     method      EULER, REFERENCE or HELD (with `substeps` Runge-Kutta steps)
-    indptr, indices   whom each agent hears, row by row, uint32; scattered: neighbours lie far apart in memory
+    indptr, indices   whom each agent hears, row by row, uint32
     lag         (E,) int16 steps into the past, -1 = nothing heard; empty: everything is heard at once
-    history     (H, N, N_O) ring of past opinions, `head` the present one
+    history     (H, N, W) ring of past states, `head` the present one. A row holds the N_O opinions, zeros,
+    and
+                in its last place their mean square, which neighbours need for attention (`row_width`)
     inputs      (N, N_O) or (1, N_O)
     active, options  (N, N_O) bool and (N,) count of them; both empty: all active
     kinds       (N,) uint8 index into own, neighbour (K, N_O, N_O), resistance (K, N_O), attention (K, 5:
@@ -388,7 +369,7 @@ def sweep(
     """
     for tile in prange((u_now.size + TILE - 1) // TILE):
         _tile(
-            tile, method, dt, substeps, rates_only, indptr, indices, scattered, lag, history, head, u_now,
+            tile, method, dt, substeps, rates_only, indptr, indices, lag, history, head, u_now,
             inputs, active, options, kinds, own, neighbour, resistance, attention, dynamic, uniform, z_next,
             u_next,
         )  # fmt: skip

@@ -43,8 +43,9 @@ def couple(
         raise IvPError(f"cannot couple: limits {limits[0]} to {limits[1]} are not in order")
     joint = _joint_domain(first.domain, second.domain)
     block = kernels.coupled(
-        first._disjoint, second._disjoint, float(first_weight), float(second_weight), low, high
-    )
+        first._without_overlaps(), second._without_overlaps(),
+        float(first_weight), float(second_weight), low, high,
+    )  # fmt: skip
     h = IvPFunction._of_block(
         joint,
         block,

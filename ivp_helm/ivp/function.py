@@ -45,8 +45,8 @@ class IvPFunction:
     weight: float
     context: str
     _block: NDArray[np.int64]
-    _disjoint: NDArray[np.int64]  # the same function without overlaps; mostly the same block
-    _address: int  # of _disjoint
+    _disjoint: NDArray[np.int64] | None  # the same without overlaps: mostly the same block, else made late
+    _address: int  # of _disjoint; 0 while that is not made
 
     def __init__(
         self,
@@ -115,14 +115,25 @@ class IvPFunction:
         self.domain = domain
         self.degree = degree
         self.grid = grid
-        self._block = self._disjoint = block
+        self._block = block
         if int(block[5]) & kernels.OVERLAPS:
-            low, high, coef = kernels.without_overlaps(block)
+            self._disjoint = None
+            self._address = 0
+        else:
+            self._disjoint = block
+            self._address = int(block[2]) - 8 * (8 + len(domain))
+
+    def _without_overlaps(self) -> NDArray[np.int64]:
+        """The block of the same function as disjoint pieces, worked out when first asked for."""
+        if self._disjoint is None:
+            low, high, coef = kernels.without_overlaps(self._block)
             marks = np.zeros(low.shape, np.bool_)
-            self._disjoint = kernels.block_from_arrays(low, high, marks, marks, coef)
-            _seal(self._disjoint, domain, disjoint=True)
-            self._disjoint[6:8] = block[6:8]  # the range stays that of all pieces, hidden ones included
-        self._address = int(self._disjoint[2]) - 8 * (8 + len(domain))
+            block: NDArray[np.int64] = kernels.block_from_arrays(low, high, marks, marks, coef)
+            _seal(block, self.domain, disjoint=True)
+            block[6:8] = self._block[6:8]  # the range stays that of all pieces, hidden ones included
+            self._disjoint = block
+            self._address = int(block[2]) - 8 * (8 + len(self.domain))
+        return self._disjoint
 
     def _copy(self, block: NDArray[np.int64] | None = None) -> IvPFunction:
         new = IvPFunction.__new__(IvPFunction)

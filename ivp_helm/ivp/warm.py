@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
+from ivp_helm.ivp.boxes import Region
+from ivp_helm.ivp.codec import decode, encode
 from ivp_helm.ivp.coupler import couple
 from ivp_helm.ivp.domain import Domain
 from ivp_helm.ivp.function import constant
-from ivp_helm.ivp.solver import solve
+from ivp_helm.ivp.reflector import reflect
+from ivp_helm.ivp.solver import Method, solve
 from ivp_helm.ivp.zaic import Peak, zaic_hdg, zaic_leq, zaic_peak, zaic_spd
 
 _warm = False
+
+
+def _slant(course: NDArray[np.float64], speed: NDArray[np.float64]) -> NDArray[np.float64]:
+    return course + speed
 
 
 def warm_up() -> None:
@@ -26,8 +36,16 @@ def warm_up() -> None:
     zaic_hdg(domain, "course", 90, 20, 20)
     joint = couple(course, speed).normalised(0, 90).expanded(domain)
     joint.evaluate([[0, 0, 0]])
+    plane = domain.subdomain("course,speed")
+    corner = Region((0, 0), (3, 3))
+    reflected = reflect(
+        plane, _slant, uniform_amount=20, smart_amount=2, auto_peak=True, plateaus=(corner,),
+        refine_regions=(Region((9, 5), (20, 9)),), refine_pieces=((2, 2),),
+    )  # fmt: skip
+    decode(encode(reflected))
     joint.table()
     functions = [joint, zaic_leq(domain, "depth", 20, 5), constant(domain.subdomain("speed"), 5.0)]
-    for method in ("sweep", "search"):
+    methods: tuple[Method, ...] = ("sweep", "search")
+    for method in methods:
         solve(domain, functions, method=method)
     _warm = True

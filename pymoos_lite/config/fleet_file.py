@@ -3,6 +3,7 @@
     fleet: berta                       # a name, for people
     warp: 4
     seed: 1                            # of everything drawn below
+    duration: 3600                     # mission seconds of a run in lockstep
     datum: {lat: 43.8253, lon: -70.3304}
     macros: {COMMS_RANGE: 500}         # for every template
     shoreside:
@@ -15,6 +16,8 @@
       macros: {LOITER_X: [0, 60, 0, 60]}   # a list gives each vehicle its own
       each:
         - {name: abe, color: yellow, start: {x: 0, y: -20, heading: 180}}
+    presets:                           # variants, chosen with --preset NAME
+      crowd: {vehicles: {count: 8}}
 
 Nothing is run here and no template is opened: this is the file, checked and completed.
 """
@@ -23,9 +26,11 @@ from __future__ import annotations
 
 import random
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from pymoos_lite.config.fleet_starts import read_starts
+from pymoos_lite.config.presets import apply_presets
 from pymoos_lite.config.problems import Problem
 from pymoos_lite.config.start_poses import Pose
 from pymoos_lite.config.strict_yaml import Listing, Reader, Scalar, Table, Tree, read_yaml
@@ -89,7 +94,10 @@ class NetworkEntry:
 
 @dataclass(frozen=True, slots=True)
 class FleetFile:
-    """A checked fleet file. `database_port` and `share_port` are None when any free ports will do."""
+    """A checked fleet file. `database_port` and `share_port` are None when any free ports will do.
+
+    `duration` is how many mission seconds a run in lockstep takes when nobody says otherwise.
+    """
 
     file: str
     name: str
@@ -102,6 +110,7 @@ class FleetFile:
     database_port: int | None
     share_port: int | None
     deploy_after: float | None
+    duration: float | None
     commands: dict[str, dict[str, str | float]]
     problems: tuple[Problem, ...]
 
@@ -113,13 +122,22 @@ class FleetFile:
         return [vehicle.name for vehicle in self.vehicles]
 
 
-def parse_fleet(text: str, file: str, vehicles: int | None = None, seed: int | None = None) -> FleetFile:
+def parse_fleet(
+    text: str,
+    file: str,
+    vehicles: int | None = None,
+    seed: int | None = None,
+    presets: Sequence[str] = (),
+    macros: Mapping[str, str] | None = None,
+) -> FleetFile:
     """Read a fleet file; never raises, all problems are in the result.
 
-    `vehicles` replaces the number of vehicles, `seed` the file's seed.
+    `vehicles` replaces the number of vehicles, `seed` the file's seed. `presets` are laid over the file in
+    that order; `macros` are added to every template's, and replace those of the same name.
     """
     problems: list[Problem] = []
-    top = Reader(read_yaml(text, file, problems), file, "a fleet file", problems)
+    tree = apply_presets(read_yaml(text, file, problems), presets, file, problems)
+    top = Reader(tree, file, "a fleet file", problems)
     own_seed = top.integer("seed", 0)
     chosen = own_seed if seed is None else seed
     shared = _macros(top, "macros", 1)
@@ -136,6 +154,7 @@ def parse_fleet(text: str, file: str, vehicles: int | None = None, seed: int | N
         database_port=_port(ports, "database"),
         share_port=_port(ports, "share"),
         deploy_after=top.number("deploy_after", 0.0, low=0.0) if top.get("deploy_after") else None,
+        duration=top.number("duration", 0.0, low=0.0) or None,
         commands=_commands(top),
         problems=(),
     )
@@ -143,7 +162,17 @@ def parse_fleet(text: str, file: str, vehicles: int | None = None, seed: int | N
     top.done()
     if not problems:
         _check_names(fleet, problems)
+    if macros:
+        fleet = _with_macros(fleet, macros)
     return replace(fleet, problems=tuple(sorted(set(problems), key=lambda p: (p.line, p.text))))
+
+
+def _with_macros(fleet: FleetFile, macros: Mapping[str, str]) -> FleetFile:
+    shore = fleet.shoreside
+    if shore is not None:
+        shore = replace(shore, macros={**shore.macros, **macros})
+    vehicles = tuple(replace(v, macros={**v.macros, **macros}) for v in fleet.vehicles)
+    return replace(fleet, shoreside=shore, vehicles=vehicles)
 
 
 def _warp(top: Reader) -> float:

@@ -62,6 +62,7 @@ class WantedRoutes:
         self._unwanted: dict[Route, None] = {}
         self._standing: set[tuple[str, str, str]] = set()
         self._summary = ""
+        self._settled = False
 
     def __len__(self) -> int:
         return len(self._wanted)
@@ -70,7 +71,9 @@ class WantedRoutes:
         """Add a route; wanting it again changes nothing."""
         route = Route(source, alias, place)
         self._unwanted.pop(route, None)
-        self._wanted.setdefault(route, float("-inf"))
+        if route not in self._wanted:
+            self._wanted[route] = float("-inf")
+            self._settled = False
 
     def drop(self, place: str) -> None:
         """Want nothing at `place` any more."""
@@ -83,6 +86,7 @@ class WantedRoutes:
         if text == self._summary:
             return
         self._summary = text
+        self._settled = False
         # Multicast places read group:port:multicast_N there and multicast_N in a command.
         self._standing = {
             (source, name, place.rpartition(":")[2] if "multicast_" in place else place)
@@ -96,9 +100,13 @@ class WantedRoutes:
 
     def commands(self, now: float) -> list[str]:
         """The PSHARE_CMDs that are due."""
+        if self._settled and not self._unwanted:
+            return []
         out = [route.command("remove") for route in self._unwanted]
         self._unwanted.clear()
-        for route in self.missing():
+        missing = self.missing()
+        self._settled = not missing
+        for route in missing:
             if now - self._wanted[route] >= RETRY_AFTER:
                 self._wanted[route] = now
                 out.append(route.command())

@@ -61,26 +61,31 @@ class HostInfo(App):
         self._found: list[tuple[str, str]] = []
         self._posted = ""
         self._rescan = True
+        self._news = False
 
     def on_connect(self) -> None:
         self.register("HOST_INFO_REQUEST")
         self.register("PSHARE_INPUT_SUMMARY")
         self._posted = ""
+        self._news = True
 
     def on_mail(self, mail: list[Message]) -> None:
         for message in mail:
             if message.name == "PSHARE_INPUT_SUMMARY":
                 if message.community == self.community:
                     self._routes = parse_input_summary(message.text)
+                    self._news = True
             elif message.name == "HOST_INFO_REQUEST":
                 self._rescan = True
                 self._posted = ""
 
     def iterate(self) -> None:
         again = (self.iteration - 1) % POST_EVERY == 0
+        if not (again or self._rescan or self._news):
+            return
         if self._rescan or again:
-            self._rescan = False
             self._scan()
+        self._rescan = self._news = False
         text = self.record().to_text()
         if text != self._posted or again:
             self._posted = text

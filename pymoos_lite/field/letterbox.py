@@ -152,6 +152,8 @@ class Inbox:
 
     def __init__(self, key: bytes | None = None, max_message: int = 1 << 20, freshness: float = 60.0) -> None:
         self.faults: dict[Fault, int] = {}
+        self.own_streams: set[int] = set()
+        """Streams of ours: a multicast channel brings them back, and they are not news."""
         self.streams: OrderedDict[tuple[Address, int], Stream] = OrderedDict()
         self._key = key
         self._max_message = max_message
@@ -221,6 +223,9 @@ class Inbox:
         messages: list[Message],
     ) -> None:
         key = (sender, number_of_stream)
+        if number_of_stream in self.own_streams:
+            messages.clear()
+            return
         stream = self.streams.get(key)
         if stream is None:
             stream = self.streams[key] = Stream(sender)

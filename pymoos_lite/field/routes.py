@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from pymoos_lite.core.message import Message
 from pymoos_lite.core.subscriptions import is_pattern, matches
@@ -23,8 +24,7 @@ class RouteError(ValueError):
     """A text that is no route or share; says what would be right."""
 
 
-@dataclass(frozen=True, slots=True)
-class Endpoint:
+class Endpoint(NamedTuple):
     """A place to send to or listen at: `host` as configured, or the multicast channel `channel`."""
 
     host: str
@@ -223,9 +223,16 @@ class Output:
     shares: int = 0
     skipped: int = 0
     last: float = field(default=float("-inf"))
+    limited: bool = field(init=False)
+
+    def __post_init__(self) -> None:
+        share = self.share
+        self.limited = share.frequency > 0.0 or share.duration is not None or share.max_shares is not None
 
     def wants(self, now: float) -> bool:
         """Whether a message may go out now, by frequency, duration and count (native_wire.md 3.5)."""
+        if not self.limited:
+            return True
         share = self.share
         if share.max_shares is not None and self.shares >= share.max_shares:
             return False
@@ -292,6 +299,10 @@ class OutputTable:
     def is_plain(self, name: str) -> bool:
         """Whether `name` is shared by a route of its own: then it is not taken in (the loop guard)."""
         return name in self._plain
+
+    @property
+    def has_wildcards(self) -> bool:
+        return bool(self._wild)
 
     def find(self, message: Message, now: float) -> list[Output]:
         """The outputs of a message; a wildcard that covers it for the first time makes one."""

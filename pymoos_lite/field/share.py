@@ -32,7 +32,7 @@ from pymoos_lite.field.routes import (
     parse_output_fields,
 )
 from pymoos_lite.field.share_report import Destination, Drops, Input, share_report
-from pymoos_lite.records.csp import clip
+from pymoos_lite.records.csp import clip, parse_number
 
 SUMMARY_PERIOD = 1.0
 REOPEN_PERIOD = 5.0
@@ -49,6 +49,19 @@ def _checked_output(text: str) -> str:
 def _checked_input(text: str) -> str:
     parse_input(text, Channels())
     return text
+
+
+def parse_outage(text: str) -> tuple[float, float]:
+    """``4200:5700``: mission seconds since the start.
+
+    Raises:
+        ValueError: another form, or an end before its beginning.
+    """
+    begin, colon, end = text.partition(":")
+    times = parse_number(begin.strip()), parse_number(end.strip())
+    if not colon or times[0] is None or times[1] is None or not 0.0 <= times[0] < times[1]:
+        raise ValueError("expected BEGIN:END in mission seconds since the start")
+    return times[0], times[1]
 
 
 class ShareApp(App):
@@ -113,6 +126,15 @@ class ShareApp(App):
                 "Clocks must agree to within a minute.",
             ),
             Parameter(
+                "outage",
+                "custom",
+                doc="Simulates a broken radio: from BEGIN to END, in mission seconds since the start, nothing is sent "
+                "and nothing taken in.",
+                parse=parse_outage,
+                repeated=True,
+                example="4200:5700",
+            ),
+            Parameter(
                 "allow_from",
                 "text",
                 "",
@@ -133,6 +155,7 @@ class ShareApp(App):
         self._registered: dict[tuple[str, str], None] = {}
         self._heard: OrderedDict[tuple[Address, str], None] = OrderedDict()
         self._sender: DatagramPort | None = None
+        self._out: DatagramPort | None = None
         self._posted: dict[str, str] = {}
         self._stale_summaries = True
         self._last_summary = float("-inf")
@@ -223,27 +246,36 @@ class ShareApp(App):
                     self._dispatch(destination, payload)
 
     def _dispatch(self, destination: Destination, payload: object) -> None:
-        port = self._sending_port()
+        if self.config.outage and self._silent():
+            self.drops.silenced += 1
+            return
+        port = self._out or self._sending_port()
         destination.datagrams += 1
         destination.bytes += getattr(payload, "size", 0) or len(payload)  # type: ignore[arg-type]
         if port is None or not port.send(payload, destination.address):  # type: ignore[arg-type]
             destination.failed += 1
 
+    def _silent(self) -> bool:
+        """Whether an `outage` is on."""
+        return any(begin <= self.now - self.started < end for begin, end in self.config.outage)
+
     def _sending_port(self) -> DatagramPort | None:
         """Datagrams leave from the first place we listen at, so that receivers know whom they hear."""
-        for entry in self.inputs:
-            if entry.port is not None and entry.at.channel < 0:
-                return entry.port
-        if self._sender is None:
+        listening = (e.port for e in self.inputs if e.port is not None and e.at.channel < 0)
+        self._out = next(listening, None)
+        if self._out is None and self._sender is None:
             try:
                 self._sender = self.open_port()
             except OSError as error:
                 self.run_warning(f"cannot open a port to send from: {error.strerror or error}")
-        return self._sender
+        return self._out or self._sender
 
     # --- in ----------------------------------------------------------------------------------
 
     def on_datagrams(self, port: DatagramPort, datagrams: Datagrams) -> None:
+        if self.config.outage and self._silent():
+            self.drops.silenced += len(datagrams)
+            return
         entry = next((i for i in self.inputs if i.port is port), None)
         wall = self.clock.wall()
         for payload, sender in datagrams:
@@ -255,7 +287,7 @@ class ShareApp(App):
 
     def _take(self, message: Message, sender: Address, entry: Input | None) -> None:
         name = message.name
-        if entry is not None and not entry.lets_in(name):
+        if entry is not None and entry.white_list and not entry.lets_in(name):
             entry.filtered += 1
             if name.startswith(_VITAL):
                 self.run_warning(
@@ -267,7 +299,7 @@ class ShareApp(App):
             self.drops.looped += 1
             self.run_warning(f"{name} came in and is shared out under the same name: not posted")
             return
-        if message.community:
+        if self.table.has_wildcards and message.community:
             key = (sender, message.community)
             if key not in self._heard:
                 self._heard[key] = None
@@ -335,6 +367,7 @@ class ShareApp(App):
             raise RouteError(f"{endpoint}: {error.strerror or error}") from None
         # A share that starts again must not be taken for its predecessor, even with the same seed.
         stream = (self.random.getrandbits(53) ^ int(self.started * 1e6)) % MAX_NUMBER
+        self.inbox.own_streams.add(stream)
         outbox = Outbox(stream, self._budget, self._by_reference, self._key)
         return Destination(endpoint, (host, endpoint.port), outbox)
 

@@ -49,6 +49,7 @@ class Drops:
     refused: int = 0
     commands: int = 0
     strangers: int = 0
+    silenced: int = 0
 
 
 class Shown(Protocol):
@@ -92,6 +93,7 @@ def _drop_lines(inbox: Inbox, drops: Drops) -> list[str]:
         ("would have gone back where they came from", drops.echoed),
         ("too long to share", drops.oversized),
         ("refused by the database", drops.refused),
+        ("during an outage", drops.silenced),
         ("commands not understood", drops.commands),
     )
     return [f"  {count:>6}  {text}" for text, count in rows if count]

@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from math import hypot
 
 from pymoos_lite.geometry.angles import angle360, is_aft, is_fore, is_port, is_star
 from pymoos_lite.geometry.cpa import CpaEngine
@@ -49,10 +50,10 @@ class RelativeState:
         """The encounter as the contact sees it: own ship as its contact."""
         return CpaEngine(self.osx, self.osy, self.osh, self.osv, self.cnx, self.cny)
 
-    @property
+    @cached_property
     def range(self) -> float:
         """Distance between the two, metres."""
-        return self.engine.range
+        return hypot(self.osx - self.cnx, self.osy - self.cny)
 
     @property
     def os_cn_rel_bng(self) -> float:

@@ -6,7 +6,7 @@ missions written for nsplug and a launch script work as they are.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -62,17 +62,25 @@ class FleetPlan:
             MissionError: unknown command or vehicle.
         """
         fleet = self.fleet
-        wanted = fleet.commands.get(command)
-        if wanted is None:
-            hint = did_you_mean(command, fleet.commands) or f"; known are {', '.join(fleet.commands)}"
-            raise MissionError(f"there is no command '{command}'{hint}")
-        names = list(vehicles)
-        known = {name.upper(): name for name in fleet.vehicle_names()}
-        for name in names:
-            if name.upper() not in known:
-                raise MissionError(f"there is no vehicle '{name}'{did_you_mean(name, known.values())}")
-        ends = [name.upper() for name in names] or ["ALL"]
-        return [(f"{variable}_{end}", value) for end in ends for variable, value in wanted.items()]
+        return posts_for(fleet.commands, command, list(vehicles), fleet.vehicle_names())
+
+
+def posts_for(
+    commands: Mapping[str, Mapping[str, str | float]], command: str, vehicles: list[str], known: list[str]
+) -> list[tuple[str, str | float]]:
+    """What to post at the shoreside for a command; `known` are the fleet's vehicles, empty for any.
+
+    Raises:
+        MissionError: unknown command or vehicle.
+    """
+    if command not in commands:
+        hint = did_you_mean(command, commands) or f"; known are {', '.join(commands)}"
+        raise MissionError(f"there is no command '{command}'{hint}")
+    for name in vehicles:
+        if known and name.lower() not in (n.lower() for n in known):
+            raise MissionError(f"there is no vehicle '{name}'{did_you_mean(name, known)}")
+    ends = [name.upper() for name in vehicles] or ["ALL"]
+    return [(f"{variable}_{end}", value) for end in ends for variable, value in commands[command].items()]
 
 
 def is_fleet(name: str) -> bool:
@@ -106,8 +114,14 @@ def find_fleet(name: str) -> Path:
     return path
 
 
-def load_fleet(path: Path, vehicles: int | None = None, seed: int | None = None) -> FleetFile:
-    """Read a fleet file; its problems are in it.
+def load_fleet(
+    path: Path,
+    vehicles: int | None = None,
+    seed: int | None = None,
+    presets: Sequence[str] = (),
+    macros: Mapping[str, str] | None = None,
+) -> FleetFile:
+    """Read a fleet file; its problems are in it. Arguments as in `parse_fleet`.
 
     Raises:
         MissionError: it cannot be opened.
@@ -116,7 +130,7 @@ def load_fleet(path: Path, vehicles: int | None = None, seed: int | None = None)
         text = path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
         raise MissionError(f"{path}: {error.strerror or error}") from None
-    return parse_fleet(text, shown_path(path), vehicles, seed)
+    return parse_fleet(text, shown_path(path), vehicles, seed, presets, macros)
 
 
 def plan_fleet(
@@ -142,7 +156,7 @@ def plan_fleet(
     chosen = ports or customary_ports(fleet)
     shared = _shared_macros(fleet, warp or fleet.warp, chosen)
     entries: list[CommunityEntry] = [fleet.shoreside] if fleet.shoreside is not None else []
-    writer = _Writer(fleet, folder, out, problems)
+    writer = _Writer(fleet, folder, out.resolve(), problems)
     members = []
     unmatched = set(settings or {})
     for entry in (*entries, *fleet.vehicles):
@@ -165,11 +179,24 @@ def plan_fleet(
 def _member(
     entry: CommunityEntry, files: Mapping[str, Path], folder: Path, settings: Mapping[str, str]
 ) -> tuple[Member, tuple[str, ...]]:
+    plan, missed = plan_member(files, folder, settings)
+    return Member(entry.name, plan, files, entry if isinstance(entry, VehicleEntry) else None), missed
+
+
+def plan_member(
+    files: Mapping[str, Path], folder: Path, settings: Mapping[str, str]
+) -> tuple[CommunityPlan, tuple[str, ...]]:
+    """The plan of one community from its expanded files, and the settings that matched nothing in it.
+
+    Raises:
+        MissionError: the mission file cannot be opened.
+    """
     mission, missed = override(parse_mission_file(files["moos"]), settings)
     plan = plan_community(mission, folder)
     written = {path.name: path for path in files.values()}
-    plan = replace(plan, apps=tuple(replace(app, lines=_pointed(app.lines, written)) for app in plan.apps))
-    return Member(entry.name, plan, files, entry if isinstance(entry, VehicleEntry) else None), missed
+    return replace(
+        plan, apps=tuple(replace(app, lines=_pointed(app.lines, written)) for app in plan.apps)
+    ), missed
 
 
 def _pointed(lines: tuple[ConfigLine, ...], written: Mapping[str, Path]) -> tuple[ConfigLine, ...]:

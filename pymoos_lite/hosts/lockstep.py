@@ -247,12 +247,14 @@ class Lockstep:
     def _serve_mail_driven(self, community: Community, now: float) -> None:
         # Bounded, so that two apps that answer each other's mail cannot stop time.
         for _ in range(100):
-            waiting = [r for _, r in community.mail_driven if r.app.connection.has_mail() and r.mail_due(now)]
-            if not waiting:
+            idle = True
+            for _, runner in community.mail_driven:
+                if runner.app.connection.has_mail() and runner.mail_due(now):
+                    idle = False
+                    if not self._step(community, runner, now):
+                        self._unqueue(runner)
+            if idle:
                 return
-            for runner in waiting:
-                if not self._step(community, runner, now):
-                    self._unqueue(runner)
 
     def _unqueue(self, runner: AppRunner) -> None:
         self._queue[:] = [entry for entry in self._queue if entry[3] is not runner]

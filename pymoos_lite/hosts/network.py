@@ -281,9 +281,8 @@ class SimulatedNetwork:
             return False
         group = self._groups.get(to)
         if group is not None:
-            for member in group:
-                if member is not port:
-                    self._dispatch(port, data, to, member)
+            for member in group:  # the sender among them, as on a real interface
+                self._dispatch(port, data, to, member)
             return True
         return self._dispatch(port, data, to, self._ports.get(to))
 

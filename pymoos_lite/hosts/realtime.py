@@ -16,12 +16,14 @@ from pathlib import Path
 from pymoos_lite.app import AppContext, AppRunner, Connection, Network, Quit
 from pymoos_lite.core.clock import RealClock
 from pymoos_lite.core.database import Database
+from pymoos_lite.core.message import Message
 from pymoos_lite.hosts.failures import Failure, describe_failure
 from pymoos_lite.hosts.local import LocalConnection
 from pymoos_lite.hosts.meter import ProcessMeter
+from pymoos_lite.hosts.network_report import NetworkReport
 from pymoos_lite.hosts.plan import AppPlan, CommunityPlan, warm_up
 from pymoos_lite.hosts.ports import LOOPBACK, DatabaseServer
-from pymoos_lite.hosts.udp import ANY, UdpNetwork, UdpPort
+from pymoos_lite.hosts.udp import UdpNetwork, UdpPort
 
 RESTART_DELAY = 1.0
 """Wall seconds before an app that failed is started again."""
@@ -45,7 +47,7 @@ class HostOptions:
     log_dir: Path | None = None
     restart: bool = False
     seed: int | None = None
-    share_bind: str = ANY
+    share_bind: str = LOOPBACK
 
 
 class RealtimeHost:
@@ -76,6 +78,7 @@ class RealtimeHost:
         self._selector.register(self.server, selectors.EVENT_READ)
         self._network = UdpNetwork(options.share_bind, self._watch, self._unwatch)
         self._meter = ProcessMeter()
+        self._network_report = NetworkReport()
 
     @property
     def address(self) -> tuple[str, int]:
@@ -147,6 +150,7 @@ class RealtimeHost:
         if self._selector.select(max(0.0, wait)):
             self._serve_network()
         self._serve_apps()
+        self._report_network()
         self.server.flush()
 
     def run(self, until: Callable[[], bool]) -> None:
@@ -175,6 +179,15 @@ class RealtimeHost:
     def _serve_network(self) -> None:
         self.server.take_in()
         self._wake_mail_driven()
+
+    def _report_network(self) -> None:
+        variable, news = self._network_report.look(self.server.session.statistics, self.clock.wall())
+        if variable is not None:
+            now, name = self.clock.now(), self.database.name
+            message = Message("DB_NETWORK", variable, now, name, "", self.plan.community)
+            self.database.publish(name, message, now)
+        if news is not None:
+            self.tell(news)
 
     def _serve_apps(self) -> None:
         wall = self.clock.wall()

@@ -25,6 +25,7 @@ from pymoos_lite.core.client_session import (
 )
 from pymoos_lite.core.clock import RealClock
 from pymoos_lite.core.message import Message
+from pymoos_lite.hosts.children import READY
 from pymoos_lite.hosts.failures import describe_failure
 from pymoos_lite.hosts.meter import ProcessMeter
 from pymoos_lite.hosts.mission import load_plan
@@ -35,9 +36,6 @@ from pymoos_lite.hosts.udp import UdpNetwork
 
 DATABASE = "MOOSDB"
 """The name under which the database is one of the processes."""
-
-READY = "listening on port "
-"""What the database says when clients may come."""
 
 REFUSED_STATUS = 3
 FAILED_STATUS = 1
@@ -222,10 +220,10 @@ def main() -> int:
     )
     try:
         if name == DATABASE:
-            return _serve_database(RealtimeHost(plan, options, clock))
+            return _serve_database(RealtimeHost(plan, options, clock, _say))
         app = next(a for a in plan.apps if a.name == name)
         host = run_app(plan, app, options, (order["host"], order["port"]), clock)
-        _stop_with_stdin(host.stop)
+        stop_with_stdin(host.stop)
         host.run()
     except RefusedError as refusal:
         print(f"{name}: refused by the database: {refusal}", file=sys.stderr, flush=True)
@@ -236,16 +234,22 @@ def main() -> int:
     return 0
 
 
+def _say(text: str) -> None:
+    print(text, flush=True)
+
+
 def _serve_database(host: RealtimeHost) -> int:
     print(f"{READY}{host.port}", flush=True)
     ended = threading.Event()
-    _stop_with_stdin(ended.set)
+    stop_with_stdin(ended.set)
     host.run(ended.is_set)
     host.close()
     return 0
 
 
-def _stop_with_stdin(stop: Callable[[], None]) -> None:
+def stop_with_stdin(stop: Callable[[], None]) -> None:
+    """Call `stop`, in a thread of its own, when stdin ends: the launcher wants us to end, or is gone."""
+
     def wait() -> None:
         while sys.stdin.readline():
             pass

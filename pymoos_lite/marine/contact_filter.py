@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from pymoos_lite.geometry.polygon import Polygon
 from pymoos_lite.geometry.specs import parse_polygon
+from pymoos_lite.geometry.text import unbrace
 
 KINDS = ("name", "group", "type")
 FILTER_KEYS = frozenset(
@@ -48,7 +49,7 @@ class ContactFilter:
             if sense == "match":
                 return replace(self, match_regions=(*self.match_regions, region))
             return replace(self, ignore_regions=(*self.ignore_regions, region))
-        words = frozenset(word.strip().lower() for word in value.split(",") if word.strip())
+        words = frozenset(word.strip().lower() for word in unbrace(value).split(",") if word.strip())
         own, other = (self.match, self.ignore) if sense == "match" else (self.ignore, self.match)
         both = words & other.get(kind, frozenset())
         if both:
@@ -65,13 +66,19 @@ class ContactFilter:
         """Whether a contact of that name, group and type at (x, y) matters."""
         if self.says_nothing:
             return True
-        for what, told in (("name", name), ("group", group), ("type", kind)):
-            word = told.strip().lower()
-            ignored, matched = self.ignore.get(what), self.match.get(what)
-            if ignored and (word in ignored or (not word and self.strict and what != "name")):
-                return False
-            if matched and word not in matched:
-                return False
+        words = (("name", name), ("group", group), ("type", kind))
+        return all(self.passes_word(what, told) for what, told in words) and self.passes_place(x, y)
+
+    def passes_word(self, what: str, told: str) -> bool:
+        """Whether a contact whose `what` (name, group or type) is `told` matters, as far as that goes."""
+        word = told.strip().lower()
+        ignored, matched = self.ignore.get(what), self.match.get(what)
+        if ignored and (word in ignored or (not word and self.strict and what != "name")):
+            return False
+        return not matched or word in matched
+
+    def passes_place(self, x: float, y: float) -> bool:
+        """Whether a contact at (x, y) matters, as far as that goes."""
         if any(region.contains(x, y) for region in self.ignore_regions):
             return False
         return not self.match_regions or any(region.contains(x, y) for region in self.match_regions)

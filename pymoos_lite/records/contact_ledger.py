@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 
 from pymoos_lite.geometry.angles import bearing, unit_vector
@@ -215,8 +215,10 @@ class ContactLedger:
                 lat, lon = self._geodesy.to_latlon(contact.x, contact.y)
             except GeodesyError:
                 lat = lon = None  # too far for the projection: the local position has to do
-        return replace(
-            report,
+        # A copy by its dictionary: node comms does this for every report of every vessel.
+        completed = NodeReport.__new__(NodeReport)
+        completed.__dict__.update(report.__dict__)
+        completed.__dict__.update(
             x=contact.x,
             y=contact.y,
             lat=lat,
@@ -225,6 +227,7 @@ class ContactLedger:
             type=contact.type,
             length=contact.length,
         )
+        return completed
 
     def drop(self, name: str) -> None:
         """Forget a contact; an unknown name is no error."""

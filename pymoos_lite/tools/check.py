@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import argparse
 import sys
+from pathlib import Path
 
-from pymoos_lite.config.problems import Problem
-from pymoos_lite.hosts.plan import CommunityPlan
-from pymoos_lite.tools.mission import MissionError, add_mission_arguments, load_plan, parse_settings
+from pymoos_lite.tools.mission import (
+    MissionError,
+    add_mission_arguments,
+    deeper_problems,
+    load_plan,
+    parse_macros,
+    parse_settings,
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -15,6 +21,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    from pymoos_lite.hosts.fleet import is_fleet
+
+    if is_fleet(args.mission):
+        return _check_fleet(args)
     try:
         plan = load_plan(args.mission, parse_settings(args.set))
     except MissionError as error:
@@ -30,9 +40,24 @@ def run(args: argparse.Namespace) -> int:
     return 1 if bad else 0
 
 
-def deeper_problems(plan: CommunityPlan) -> list[Problem]:
-    """What apps find wrong with the files they name (a helm with its `.bhv` file)."""
-    found: list[Problem] = []
-    for app in plan.apps:
-        found += app.cls.check_block(app.lines, plan.mission_dir, plan.mission.file)
-    return found
+def _check_fleet(args: argparse.Namespace) -> int:
+    import tempfile
+
+    from pymoos_lite.hosts.fleet import find_fleet, load_fleet, plan_fleet
+
+    with tempfile.TemporaryDirectory(prefix="pymoos_check_") as out:
+        try:
+            path = find_fleet(args.mission)
+            macros = parse_macros(args.macro)
+            fleet = load_fleet(path, args.vehicles, None, args.preset, macros)
+            plan = plan_fleet(fleet, path.resolve().parent, Path(out), settings=parse_settings(args.set))
+        except MissionError as error:
+            print(error, file=sys.stderr)
+            return 1
+        problems = [*plan.problems, *deeper_problems(*(member.plan for member in plan.members))]
+    for problem in problems:
+        print(problem)
+    errors = len([p for p in problems if p.severity == "error"])
+    names = ", ".join(member.name for member in plan.members) or "nothing"
+    print(f"{fleet.file}: {errors} errors, {len(problems) - errors} warnings; would run {names}")
+    return 1 if errors or (args.strict and problems) else 0

@@ -17,6 +17,7 @@ from pymoos_lite.tools.mission import (
     EndCondition,
     MissionError,
     add_mission_arguments,
+    deeper_problems,
     end_condition,
     load_plan,
     parse_settings,
@@ -67,6 +68,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    from pymoos_lite.hosts.fleet import is_fleet
+
+    if is_fleet(args.mission):
+        from pymoos_lite.tools import fleet_launch
+
+        return fleet_launch.run(args)
     try:
         plan = load_plan(args.mission, parse_settings(args.set))
         finished = end_condition(plan, args.until)
@@ -77,7 +84,7 @@ def run(args: argparse.Namespace) -> int:
     except MissionError as error:
         print(error, file=sys.stderr)
         return 1
-    if report_problems(plan.problems, args.strict):
+    if report_problems([*plan.problems, *deeper_problems(plan)], args.strict):
         return 1
     from pymoos_lite.core.clock import check_warp
     from pymoos_lite.hosts.ports import PortError
@@ -91,6 +98,7 @@ def run(args: argparse.Namespace) -> int:
         log_dir=args.log_dir,
         restart=args.restart,
         seed=args.seed,
+        share_bind=args.bind,
     )
     screen = _Screen(args)
     host: RealtimeHost | ProcessHost
@@ -116,7 +124,7 @@ def _fly(
     from pymoos_lite.tools.mission_view import WATCHED, MissionView, appcast_request
 
     screen.open(f"{plan.community}: database on {host.address[0]} port {host.address[1]}, warp {plan.warp:g}")
-    stop = _StopSignals()
+    stop = StopSignals()
     patience = threading.Timer(PATIENCE, screen.say, [FIRST_START])
     patience.start()
     try:
@@ -221,7 +229,7 @@ class _Screen:
             print(f"{view.community}: ended after {view.elapsed:.0f} mission seconds", flush=True)
 
 
-class _StopSignals:
+class StopSignals:
     """Turns Ctrl-C and a polite kill into a request to stop."""
 
     def __init__(self) -> None:

@@ -16,12 +16,29 @@ __all__ = [
     "EndCondition",
     "MissionError",
     "add_mission_arguments",
+    "deeper_problems",
     "end_condition",
     "load_plan",
+    "parse_macros",
     "parse_settings",
     "report_problems",
     "shipped_missions",
 ]
+
+
+def parse_macros(texts: Iterable[str]) -> dict[str, str]:
+    """``NAME=VALUE`` texts of ``--macro`` as a dictionary.
+
+    Raises:
+        MissionError: one has no ``=`` or no name.
+    """
+    macros = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals or not name.strip():
+            raise MissionError(f"--macro {text}: expected NAME=VALUE")
+        macros[name.strip()] = value.strip()
+    return macros
 
 
 class EndCondition:
@@ -65,7 +82,26 @@ def end_condition(plan: CommunityPlan, text: str | None) -> EndCondition | None:
 def add_mission_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments that `launch`, `sim` and `check` share."""
     parser.add_argument(
-        "mission", metavar="MISSION", help="a .moos file, a folder, or the name of a shipped mission"
+        "mission",
+        metavar="MISSION",
+        help="a .moos file, a fleet's .yaml file, a folder, or the name of a shipped mission",
+    )
+    parser.add_argument(
+        "--vehicles", type=int, metavar="N", help="how many vehicles (fleets only; default: as the file says)"
+    )
+    parser.add_argument(
+        "--preset",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="a preset of the fleet file (repeatable: the later ones win)",
+    )
+    parser.add_argument(
+        "--macro",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="a macro for every template of a fleet (repeatable)",
     )
     parser.add_argument(
         "--set",
@@ -79,6 +115,15 @@ def add_mission_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="refuse a mission with an unknown app or parameter instead of warning",
     )
+
+
+def deeper_problems(*plans: CommunityPlan) -> list[Problem]:
+    """What apps find wrong with the files they name (a helm with its `.bhv` file)."""
+    found: list[Problem] = []
+    for plan in plans:
+        for app in plan.apps:
+            found += app.cls.check_block(app.lines, plan.mission_dir, plan.mission.file)
+    return found
 
 
 def report_problems(problems: Iterable[Problem], strict: bool) -> bool:

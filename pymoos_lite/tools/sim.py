@@ -10,6 +10,7 @@ from pathlib import Path
 from pymoos_lite.tools.mission import (
     MissionError,
     add_mission_arguments,
+    deeper_problems,
     end_condition,
     load_plan,
     parse_settings,
@@ -17,28 +18,44 @@ from pymoos_lite.tools.mission import (
 )
 from pymoos_lite.tools.values import typed_value
 
+DEFAULT_DURATION = 600.0
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_mission_arguments(parser)
     parser.add_argument(
-        "--duration", type=float, default=600.0, metavar="S", help="mission seconds to run (default 600)"
+        "--duration",
+        type=float,
+        metavar="S",
+        help=f"mission seconds to run (default {DEFAULT_DURATION:.0f}, or the fleet file's)",
     )
     parser.add_argument(
         "--until", metavar="COND", help="end earlier when this condition holds, e.g. 'RETURNED = true'"
     )
-    parser.add_argument("--seed", type=int, default=0, help="seed of every random number (default 0)")
+    parser.add_argument(
+        "--seed", type=int, help="seed of every random number (default 0, or the fleet file's)"
+    )
     parser.add_argument(
         "--poke",
         action="append",
         default=[],
         metavar="T:VAR=VALUE",
-        help="post VAR=VALUE at T mission seconds (repeatable; VAR:=VALUE posts text)",
+        help="post VAR=VALUE at T mission seconds (repeatable; VAR:=VALUE posts text; in a fleet at the "
+        "shoreside, or at COMMUNITY with T:COMMUNITY/VAR=VALUE)",
     )
     parser.add_argument("--log-dir", type=Path, default=Path("logs"), metavar="DIR", help="where logs go")
     parser.add_argument("--no-progress", action="store_true", help="print only the closing lines")
 
 
 def run(args: argparse.Namespace) -> int:
+    from pymoos_lite.hosts.fleet import is_fleet
+
+    if is_fleet(args.mission):
+        from pymoos_lite.tools import fleet_sim
+
+        return fleet_sim.run(args)
+    if args.duration is None:
+        args.duration = DEFAULT_DURATION
     from pymoos_lite.hosts.lockstep import Lockstep
 
     try:
@@ -51,9 +68,9 @@ def run(args: argparse.Namespace) -> int:
     if args.duration <= 0:
         print(f"--duration {args.duration:g}: expected mission seconds above 0", file=sys.stderr)
         return 2
-    if report_problems(plan.problems, args.strict):
+    if report_problems([*plan.problems, *deeper_problems(plan)], args.strict):
         return 1
-    host = Lockstep(args.seed, args.log_dir)
+    host = Lockstep(args.seed or 0, args.log_dir)
     community = host.add_plan(plan)
     if finished is not None:
         ended = finished.holds
@@ -64,7 +81,7 @@ def run(args: argparse.Namespace) -> int:
     for at, name, value in pokes:
         host.poke(at, name, value)
     began = time.perf_counter()
-    progress = None if args.no_progress or not sys.stderr.isatty() else _Progress(args.duration, began)
+    progress = None if args.no_progress or not sys.stderr.isatty() else Progress(args.duration, began)
     try:
         host.run(args.duration, progress)
     finally:
@@ -106,7 +123,7 @@ def parse_poke(text: str) -> tuple[float, str, str | float]:
     return seconds, name, value if forced else typed_value(value)
 
 
-class _Progress:
+class Progress:
     """One line on a terminal with mission time and the speed reached."""
 
     def __init__(self, duration: float, began: float) -> None:

@@ -50,7 +50,7 @@ class Fleet:
         self.host = Lockstep(seed)
         self.host.network = SimulatedNetwork(self.host.clock, seed, by_reference=by_reference)
 
-    def app(self, community, cls, name, *pairs, port_db=9000):
+    def app(self, community, cls, name, *pairs, port_db=9000, datum=None):
         host = self.host
         home = host.communities.get(community) or host.add_community(community)
         context = AppContext(
@@ -59,7 +59,7 @@ class Fleet:
             host.clock,
             LocalConnection(home.database, name, host.clock),
             config_lines(*pairs),
-            globals={"serverport": str(port_db)},
+            globals={"serverport": str(port_db), **(datum or {})},
             mission_file=f"{community}.moos",
             seed=host.seed,
             deterministic=True,
