@@ -192,6 +192,9 @@ class Loiter(Behavior):
         self._erase()
         self._tell_status()
 
+    def on_complete(self) -> None:
+        self._erase()
+
     # --- running ------------------------------------------------------------------------------------------
 
     def on_run(self) -> IvPFunction | None:

@@ -199,6 +199,7 @@ class OpinionManager(App):
             self.notify("NODE_MESSAGE_LOCAL", self._enveloped(update.text))
         self.notify("OWN_OPINION_STATE", update.text)
         self.notify("OWN_ATTENTION", update.u)
+        self.notify("OPINION_BYTES", float(self.engine.counters.bytes_sent))
 
     def _enveloped(self, text: str) -> str:
         e = self._envelope

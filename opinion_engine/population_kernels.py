@@ -357,7 +357,8 @@ def sweep(
     method      EULER, REFERENCE or HELD (with `substeps` Runge-Kutta steps)
     indptr, indices   whom each agent hears, row by row, uint32
     lag         (E,) int16 steps into the past, -1 = nothing heard; empty: everything is heard at once
-    history     (H, N, W) ring of past states, `head` the present one. A row holds the N_O opinions, zeros, and
+    history     (H, N, W) ring of past states, `head` the present one. A row holds the N_O opinions, zeros,
+    and
                 in its last place their mean square, which neighbours need for attention (`row_width`)
     inputs      (N, N_O) or (1, N_O)
     active, options  (N, N_O) bool and (N,) count of them; both empty: all active

@@ -55,8 +55,8 @@ def _plane(u: Array, i0: int, i1: int, j0: int, j1: int) -> tuple[float, float, 
     if w > 1 or h > 1:
         level = centre - a * (mid_i - 0.5 * (i0 + i1)) - b * (mid_j - 0.5 * (j0 + j1))
         middle = 0.5 * (middle + level)
-    most = max(max(max(c00, c01), max(c10, c11)), centre)
-    least = min(min(min(c00, c01), min(c10, c11)), centre)
+    most = max(c00, c01, c10, c11, centre)
+    least = min(c00, c01, c10, c11, centre)
     reach = 0.5 * (abs(a) * w + abs(b) * h)
     middle = max(min(middle, most - reach), least + reach)
     return a, b, middle - a * 0.5 * (i0 + i1) - b * 0.5 * (j0 + j1)

@@ -22,7 +22,7 @@ class Entry:
     host: bool = False
 
 
-# fmt: off  (a line each)
+# fmt: off
 APPS: tuple[Entry, ...] = (
     Entry("MOOSDB", "", ("database",), "The community database; every host has one built in.", host=True),
     Entry("pLogger", "pymoos_lite.apps.logger:Logger", ("logger",), "Writes .alog, .slog and .xlog files."),
@@ -119,5 +119,9 @@ BEHAVIORS: tuple[Entry, ...] = (
           "Tells how steady the course asked for is."),
     Entry("BHV_AbortToPoint", "behaviors.abort_to_point:AbortToPoint", (), "Makes for a point."),
     Entry("BHV_TestFailure", "behaviors.deliberate_failure:TestFailure", (), "Fails on purpose, to test watchdogs."),
+    Entry("BHV_HSLine", "behaviors.hs_line:HSLine", (), "Draws the heading asked for."),
+    Entry("BHV_BearingLine", "behaviors.bearing_line:BearingLine", (), "Draws a line towards a point."),
+    Entry("BHV_PModelView", "behaviors.p_model_view:PModelView", (), "Draws how the vessel will turn."),
+    Entry("BHV_RangePulse", "behaviors.range_pulse:RangePulse", (), "Shows range reports."),
 )
 # fmt: on
