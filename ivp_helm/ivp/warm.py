@@ -39,7 +39,7 @@ def warm_up() -> None:
     plane = domain.subdomain("course,speed")
     reflected = reflect(plane, _slant, uniform_amount=20, smart_amount=2)
     encode(reflected)
-    from_table(domain.subdomain("speed"), [float(v * v) for v in domain["speed"].values()])
+    from_table(domain.subdomain("speed"), [float(v * v) for v in domain["speed"].values()], (2,))
     joint.table()
     functions = [joint, zaic_leq(domain, "depth", 20, 5), constant(domain.subdomain("speed"), 5.0)]
     methods: tuple[Method, ...] = ("sweep", "search")
