@@ -313,9 +313,9 @@ def _inputs(options: OptionSet, setting: Setting, graph: Graph) -> list[str]:
     for j, option in enumerate(options.options):
         push = np.zeros((setting.agents, len(options)))
         push[:, j] = 1.0
-        found = analysis.cascade_threshold(network, setting.attention, push)
+        highest = option.utility(option.input_max)
+        found = analysis.cascade_threshold(network, setting.attention, push, b_most=3.0 * highest)
         if found is not None:
-            highest = option.utility(option.input_max)
             verdict = "" if found.b_star <= highest else f", more than its input can give ({highest:g})"
             lines.append(
                 f"  cascade into {option.name} with input at every agent: from b* = {found.b_star:.4g}{verdict}"

@@ -79,22 +79,21 @@ def _rate(
     n_o = z.shape[0]
     several = own.shape[0] > 1
     masked = on.size > 0
-    for i in range(count):
-        mean[i] = 0.0
     for j in range(n_o):
-        if uniform:
+        if uniform and not masked:
             # Equal couplings: the cross terms of row j are (all of them) - (the one of j), and what is common
             # to all rows vanishes in the projection. 2 N_O hyperbolic tangents instead of N_O squared.
             alpha, gamma = own[0, 0, 0], neighbour[0, 0, 0]
-            beta, delta = own[0, 0, n_o - 1], neighbour[0, 0, n_o - 1]
+            beta, delta, d = own[0, 0, n_o - 1], neighbour[0, 0, n_o - 1], resistance[0, 0]
             if beta == 0.0 and delta == 0.0:
                 for i in range(count):
-                    f[j, i] = tanh(alpha * z[j, i] + gamma * heard[j, i])
+                    cooperation = tanh(alpha * z[j, i] + gamma * heard[j, i])
+                    f[j, i] = u[i] * cooperation - d * z[j, i] + b[j, i]
             else:
                 for i in range(count):
-                    f[j, i] = tanh(alpha * z[j, i] + gamma * heard[j, i]) - tanh(
-                        beta * z[j, i] + delta * heard[j, i]
-                    )
+                    cooperation = tanh(alpha * z[j, i] + gamma * heard[j, i])
+                    competition = tanh(beta * z[j, i] + delta * heard[j, i])
+                    f[j, i] = u[i] * (cooperation - competition) - d * z[j, i] + b[j, i]
         else:
             for i in range(count):
                 f[j, i] = 0.0
@@ -115,18 +114,22 @@ def _rate(
                     else:
                         for i in range(count):
                             f[j, i] += tanh(a * z[option, i] + g * heard[option, i])
-        if several:
+            if several:
+                for i in range(count):
+                    f[j, i] = u[i] * f[j, i] - resistance[np.uint64(kind[i]), j] * z[j, i] + b[j, i]
+            else:
+                d = resistance[0, j]
+                for i in range(count):
+                    f[j, i] = u[i] * f[j, i] - d * z[j, i] + b[j, i]
+            if masked:
+                for i in range(count):
+                    f[j, i] *= on[j, i]
+        if j == 0:
             for i in range(count):
-                f[j, i] = u[i] * f[j, i] - resistance[np.uint64(kind[i]), j] * z[j, i] + b[j, i]
+                mean[i] = f[0, i]
         else:
-            d = resistance[0, j]
             for i in range(count):
-                f[j, i] = u[i] * f[j, i] - d * z[j, i] + b[j, i]
-        if masked:
-            for i in range(count):
-                f[j, i] *= on[j, i]
-        for i in range(count):
-            mean[i] += f[j, i]
+                mean[i] += f[j, i]
     for i in range(count):
         mean[i] *= share[i]
     for j in range(n_o):
@@ -140,21 +143,14 @@ def _rate(
 
 @njit(cache=True, error_model="numpy")
 def _attention_rate(
-    count: int, z: np.ndarray, u: np.ndarray, square: np.ndarray, share: np.ndarray, kind: np.ndarray,
-    attention: np.ndarray, y: np.ndarray, rate: np.ndarray,
+    count: int, u: np.ndarray, y: np.ndarray, kind: np.ndarray, attention: np.ndarray, rate: np.ndarray
 ) -> None:  # fmt: skip
-    """u' of a tile into `rate`; y is scratch."""
-    n_o = z.shape[0]
-    for i in range(count):
-        y[i] = 0.0
-    for j in range(n_o):
-        for i in range(count):
-            y[i] += z[j, i] * z[j, i]
+    """u' of a tile, driven by y, into `rate`."""
     if attention.shape[0] > 1:
         for i in range(count):
             c = np.uint64(kind[i])
             target = hill(
-                y[i] * share[i] + square[i],
+                y[i],
                 attention[c, 1],
                 attention[c, 2],
                 attention[c, 3],
@@ -165,14 +161,26 @@ def _attention_rate(
     tau_u, u_min, u_max, y_th, n = attention[0]
     if n == 2.0:  # the usual order, kept apart because it vectorises
         for i in range(count):
-            ratio = (y[i] * share[i] + square[i]) / y_th
+            ratio = y[i] / y_th
             high = ratio > 1.0
             p = 1.0 / ratio if high else ratio
             p = p * p
             rate[i] = (u_min + (u_max - u_min) * ((1.0 if high else p) / (1.0 + p)) - u[i]) / tau_u
     else:
         for i in range(count):
-            rate[i] = (hill(y[i] * share[i] + square[i], u_min, u_max, y_th, n) - u[i]) / tau_u
+            rate[i] = (hill(y[i], u_min, u_max, y_th, n) - u[i]) / tau_u
+
+
+@njit(cache=True, error_model="numpy")
+def _mean_squares(count: int, z: np.ndarray, share: np.ndarray, square: np.ndarray) -> None:
+    """Mean over the active options of z^2, agent by agent."""
+    for i in range(count):
+        square[i] = z[0, i] * z[0, i]
+    for j in range(1, z.shape[0]):
+        for i in range(count):
+            square[i] += z[j, i] * z[j, i]
+    for i in range(count):
+        square[i] *= share[i]
 
 
 @njit(cache=True, error_model="numpy")
@@ -197,8 +205,8 @@ def _tile(
     )
     base, total = np.empty((n_o, TILE)), np.empty((n_o, TILE))
     on = np.empty((n_o if active.size > 0 else 0, TILE))
-    u, square, scratch, u_rate = np.empty(TILE), np.empty(TILE), np.empty(TILE), np.empty(TILE)
-    u_base, u_total, share = np.empty(TILE), np.empty(TILE), np.empty(TILE)
+    u, square, own_square, y = np.empty(TILE), np.empty(TILE), np.empty(TILE), np.empty(TILE)
+    u_rate, u_base, u_total, share = np.empty(TILE), np.empty(TILE), np.empty(TILE), np.empty(TILE)
     kind = kinds[low : low + count] if kinds.size > 0 else kinds
 
     sums = np.empty((TILE, width))
@@ -222,6 +230,7 @@ def _tile(
                 b[j, i] = given[i, j]
     for i in range(count):
         square[i] = sums[i, width - 1]
+        own_square[i] = mine[i, width - 1]
         u[i] = u_now[low + i]
         share[i] = 1.0 / n_o
     if active.size > 0:
@@ -232,7 +241,7 @@ def _tile(
 
     h = dt / substeps
     stages = 4 if method == HELD else 1
-    for _ in range(substeps):
+    for substep in range(substeps):
         if stages > 1:
             for j in range(n_o):
                 for i in range(count):
@@ -243,12 +252,16 @@ def _tile(
                 u_total[i] = 0.0
         for stage in range(stages):
             if dynamic:
-                _attention_rate(count, z, u, square, share, kind, attention, scratch, u_rate)
+                if stage > 0 or substep > 0:
+                    _mean_squares(count, z, share, own_square)
+                for i in range(count):
+                    y[i] = own_square[i] + square[i]
+                _attention_rate(count, u, y, kind, attention, u_rate)
                 if method == REFERENCE:
                     for i in range(count):
                         u[i] += dt * u_rate[i]
                     _clip(count, u, kind, attention)
-            _rate(count, z, u, heard, b, on, share, kind, own, neighbour, resistance, uniform, f, scratch)
+            _rate(count, z, u, heard, b, on, share, kind, own, neighbour, resistance, uniform, f, y)
             if stages == 1:
                 break
             weight = 1.0 if stage == 0 or stage == 3 else 2.0
@@ -284,27 +297,22 @@ def _tile(
 
     # Take out what round-off has put into the row sums, then hand over.
     for i in range(count):
-        scratch[i] = 0.0
-    for j in range(n_o):
+        y[i] = z[0, i]
+    for j in range(1, n_o):
         for i in range(count):
-            scratch[i] += z[j, i]
+            y[i] += z[j, i]
     for i in range(count):
-        scratch[i] *= share[i]
+        y[i] *= share[i]
+    for j in range(n_o):
+        if active.size > 0:
+            for i in range(count):
+                z[j, i] -= on[j, i] * y[i]
+        else:
+            for i in range(count):
+                z[j, i] -= y[i]
+    _mean_squares(count, z, share, own_square)
     if dynamic:
         _clip(count, u, kind, attention)
-    if active.size > 0:
-        for j in range(n_o):
-            for i in range(count):
-                z[j, i] -= on[j, i] * scratch[i]
-    else:
-        for j in range(n_o):
-            for i in range(count):
-                z[j, i] -= scratch[i]
-    for i in range(count):
-        square[i] = 0.0
-    for j in range(n_o):
-        for i in range(count):
-            square[i] += z[j, i] * z[j, i]
     written = z_next[low : low + count]
     for j in range(width - 1):
         if j < n_o:
@@ -314,7 +322,7 @@ def _tile(
             for i in range(count):
                 written[i, j] = 0.0
     for i in range(count):
-        written[i, width - 1] = square[i] * share[i]
+        written[i, width - 1] = own_square[i]
         u_next[low + i] = u[i]
 
 

@@ -105,9 +105,11 @@ def run_row(study: StudyFile, row: Row, log_dir: Path | None = None) -> Outcome:
         except (MissionError, ValueError) as error:
             return Outcome(row.number, f"failed: {error}", empty, time.perf_counter() - began)
     status = f"failed: {host.failures[0]}" if host.failures else "ok"
+    took = time.perf_counter() - began
     del host, plan
-    gc.collect()  # communities hold each other in circles: let one run's go before the next begins
-    return Outcome(row.number, status.splitlines()[0], values, time.perf_counter() - began)
+    if took > 1.0:
+        gc.collect()  # communities hold each other in circles: let one run's go before the next begins
+    return Outcome(row.number, status.splitlines()[0], values, took)
 
 
 def run_text(text: str, file: str, number: int) -> dict[str, Any]:

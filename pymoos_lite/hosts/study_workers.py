@@ -182,7 +182,7 @@ def run_on_dask(text: str, file: str, numbers: Sequence[int], address: str) -> I
             future = client.submit(run_text, text, file, number, pure=False, retries=ATTEMPTS)
             rows[future.key] = number
             futures.append(future)
-        for future in dask.as_completed(futures):
+        for future in dask.as_completed(futures, loop=client.loop):
             error = future.exception()
             if error is None:
                 yield Outcome.from_json(future.result())
