@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ivp_helm.ivp.boxes import Region
-from ivp_helm.ivp.codec import decode, encode
+from ivp_helm.ivp.codec import encode
 from ivp_helm.ivp.coupler import couple
 from ivp_helm.ivp.domain import Domain
 from ivp_helm.ivp.function import constant
 from ivp_helm.ivp.reflector import reflect
 from ivp_helm.ivp.solver import Method, solve
+from ivp_helm.ivp.tabled import from_table
 from ivp_helm.ivp.zaic import Peak, zaic_hdg, zaic_leq, zaic_peak, zaic_spd
 
 _warm = False
@@ -37,12 +37,9 @@ def warm_up() -> None:
     joint = couple(course, speed).normalised(0, 90).expanded(domain)
     joint.evaluate([[0, 0, 0]])
     plane = domain.subdomain("course,speed")
-    corner = Region((0, 0), (3, 3))
-    reflected = reflect(
-        plane, _slant, uniform_amount=20, smart_amount=2, auto_peak=True, plateaus=(corner,),
-        refine_regions=(Region((9, 5), (20, 9)),), refine_pieces=((2, 2),),
-    )  # fmt: skip
-    decode(encode(reflected))
+    reflected = reflect(plane, _slant, uniform_amount=20, smart_amount=2)
+    encode(reflected)
+    from_table(domain.subdomain("speed"), [float(v * v) for v in domain["speed"].values()], (2,))
     joint.table()
     functions = [joint, zaic_leq(domain, "depth", 20, 5), constant(domain.subdomain("speed"), 5.0)]
     methods: tuple[Method, ...] = ("sweep", "search")

@@ -209,7 +209,9 @@ class App:
         """
         kind = type(value)
         typed: Value = value if kind is float or kind is str else as_value(value)  # type: ignore[assignment]
-        message = Message(name, typed, self.now if time is None else time, self.name, aux, self.community)
+        message = Message(
+            name, typed, self.now if time is None else float(time), self.name, aux, self.community
+        )
         return self.connection.publish(message)
 
     def post(self, message: Message) -> bool:

@@ -22,7 +22,7 @@ class Entry:
     host: bool = False
 
 
-# fmt: off  (a line each)
+# fmt: off
 APPS: tuple[Entry, ...] = (
     Entry("MOOSDB", "", ("database",), "The community database; every host has one built in.", host=True),
     Entry("pLogger", "pymoos_lite.apps.logger:Logger", ("logger",), "Writes .alog, .slog and .xlog files."),
