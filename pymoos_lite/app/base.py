@@ -187,6 +187,20 @@ class App:
         """Problems beyond single parameters, found without running: e.g. in files the block names."""
         return []
 
+    @classmethod
+    def explain_block(
+        cls,
+        lines: Sequence[ConfigLine],
+        mission_dir: Path,
+        blocks: Mapping[str, Sequence[ConfigLine]],
+    ) -> str:
+        """What the block will do, for ``pymoos check`` to print; empty for nothing worth telling.
+
+        `blocks` are the lines of all apps of the mission by program name in lower case. Never raises: what
+        is wrong is said by `check_block`.
+        """
+        return ""
+
     # --- talking -----------------------------------------------------------------------------
 
     def notify(self, name: str, value: object, time: float | None = None, aux: str = "") -> bool:
@@ -197,7 +211,7 @@ class App:
         """
         kind = type(value)
         typed: Value = value if kind is float or kind is str else as_value(value)  # type: ignore[assignment]
-        stamp = self.now if time is None else time
+        stamp = self.now if time is None else float(time)
         message = _new_tuple(Message, (name, typed, stamp, self.name, aux, self.community))
         return self.connection.publish(message)
 
