@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 EXIT_FACTOR = 1.1
 """The behaviour ends beyond so many times its ``completed_dist``, lest it ends and returns at the border."""
 PLANE = ("course", "speed")
+PIECE = (3, 3)
+"""Points of course and speed that a piece of the function spans."""
 
 
 def distance(name: str, default: float, doc: str) -> Parameter:
@@ -182,7 +184,7 @@ class AvoidCollision(AvoidanceBehavior):
         self.why = f"{config.contact} is {reach:.0f} m off, closest approach {meeting.cpa:.0f} m as it is"
         if self.collision_depth > 0.0:
             return self._with_depth(meeting)
-        return from_table(self.plane, self.utilities(meeting))
+        return from_table(self.plane, self.utilities(meeting), PIECE, self.config.build_info)
 
     def utilities(self, meeting: RelativeState) -> Array:
         """The utility of every course and speed, before it is made a function."""
@@ -208,7 +210,8 @@ class AvoidCollision(AvoidanceBehavior):
             far += meeting.roc
         far = max(far, near + 10.0)
         cpa = self.cpa_table(meeting, self.config.time_on_leg)
-        above = from_table(self.plane, np.clip((cpa - near) / (far - near), 0.0, 1.0) * 100.0, extent=0.0)
+        utilities = np.clip((cpa - near) / (far - near), 0.0, 1.0) * 100.0
+        above = from_table(self.plane, utilities, PIECE, extent=0.0)
         domain = self.domain.subdomain((*PLANE, "depth"))
         depths = domain["depth"].values()
         first_deep = int(np.searchsorted(depths, self.collision_depth))

@@ -73,7 +73,8 @@ class CutRange(ContactBehavior):
             return None
         self.why = f"{config.contact} is {meeting.range:.0f} m off, closing at {meeting.roc:.1f} m/s"
         plane = self.domain.subdomain(("course", "speed"))
-        return pursuit_function(plane, meeting.engine, config.time_on_leg, self.patience)
+        horizon, pieces = config.time_on_leg, (2, 3)
+        return pursuit_function(plane, meeting.engine, horizon, self.patience, pieces, config.build_info)
 
     @property
     def patience(self) -> float:
@@ -98,4 +99,4 @@ class CutRange(ContactBehavior):
         if not self.pursuing:
             self.why = f"{self.config.contact} is {reach:.0f} m off: given up"
             return 0.0
-        return min(1.0, max(0.0, float(reach - inner) / (outer - inner)))
+        return min(1.0, max(0.0, float((reach - inner) / (outer - inner))))

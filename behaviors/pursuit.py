@@ -30,7 +30,14 @@ def pursuit_utilities(plane: Domain, engine: CpaEngine, horizon: float, patience
     return table
 
 
-def pursuit_function(plane: Domain, engine: CpaEngine, horizon: float, patience: float) -> IvPFunction | None:
-    """`pursuit_utilities` as a function from 0 to 100."""
+def pursuit_function(
+    plane: Domain,
+    engine: CpaEngine,
+    horizon: float,
+    patience: float,
+    pieces: tuple[int, int],
+    build_info: str = "",
+) -> IvPFunction | None:
+    """`pursuit_utilities` as a function from 0 to 100; `pieces` and `build_info` as `from_table` has them."""
     table = pursuit_utilities(plane, engine, horizon, patience)
-    return None if table is None else from_table(plane, table, tolerance=0.25)
+    return None if table is None else from_table(plane, table, pieces, build_info)

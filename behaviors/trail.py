@@ -139,7 +139,7 @@ class Trail(ContactBehavior):
         """Make for the point as it moves on with the contact."""
         engine = CpaEngine(x, y, meeting.cnh, meeting.cnv, meeting.osx, meeting.osy)
         plane = self.domain.subdomain(("course", "speed"))
-        return pursuit_function(plane, engine, self.config.time_on_leg, 1.0)
+        return pursuit_function(plane, engine, self.config.time_on_leg, 1.0, (3, 2), self.config.build_info)
 
     def _close_up(self, meeting: RelativeState, x: float, y: float) -> IvPFunction:
         """Steer for where the point will be, slower when ahead of it and faster when behind."""

@@ -90,6 +90,7 @@ class ContactBehavior(Behavior):
         """The contacts to match and to ignore."""
         self._line_drawn = False
         self._met = ""
+        self._complained = False
         super().__init__(surroundings, name)
 
     # --- hooks of contact behaviours ----------------------------------------------------------------------
@@ -179,7 +180,10 @@ class ContactBehavior(Behavior):
 
     def on_run(self) -> IvPFunction | None:
         meeting = self.meeting
-        if meeting is None or self._end_if_due():
+        if meeting is None:
+            self._complain()
+            return None
+        if self._end_if_due():
             return None
         function = self.decide(meeting)
         if function is not None and self.relevance > 0.0:
@@ -266,17 +270,28 @@ class ContactBehavior(Behavior):
     # --- parts --------------------------------------------------------------------------------------------
 
     def _find_contact(self) -> Contact | None:
-        name = self.config.contact
-        found: Contact | None = self.surroundings.contacts.get(name)
-        complaint = f"{name} x/y/heading/speed info not found"
+        found: Contact | None = self.surroundings.contacts.get(self.config.contact)
+        complaint = self._complaint
+        self._complained = False
         if found is not None:
             self.retract_warning(complaint)
-        elif name.lower() != UNSET_OK:
-            if not self.config.on_no_contact_ok:
-                self.error(complaint)
-            else:
-                self.warn(complaint)
+        elif complaint not in self._warned:
+            self._complain()
         return found
+
+    def _complain(self) -> None:
+        """Say once per iteration that there is no such contact."""
+        if self._complained or self.config.contact.lower() == UNSET_OK:
+            return
+        self._complained = True
+        if self.config.on_no_contact_ok:
+            self.warn(self._complaint)
+        else:
+            self.error(self._complaint)
+
+    @property
+    def _complaint(self) -> str:
+        return f"{self.config.contact} x/y/heading/speed info not found"
 
     def _end_if_due(self) -> bool:
         if self.meeting is not None and not self.completed:

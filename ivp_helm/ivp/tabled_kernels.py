@@ -1,8 +1,8 @@
-"""Cutting a table of utilities into as few linear pieces as a tolerance allows.
+"""Turning a table of utilities into pieces: the reflector's tiles and fits, with like ones joined.
 
-The table is halved until every part is a plane to within the tolerance: one pass over a flat or planar
-part, a few more along edges and ridges, single points at steps. Planes are least-squares fits, moved so
-that none leaves the range of the values it stands for. The slow twin of these kernels is in their tests.
+The fit of each tile is that of fit_kernels.py for two variables, taken from the table instead of from a
+function. Flat tiles of one value that lie side by side become one piece, which changes no value and
+leaves a solver a quarter of the pieces.
 """
 
 from __future__ import annotations
@@ -18,136 +18,107 @@ from ivp_helm.ivp.pointers import floats_at, int32s_at
 
 Array: TypeAlias = NDArray[Any]
 
-_DEPTH = 128  # parts waiting to be looked at; halving a side of 2**31 points needs far fewer
+
+@njit(cache=True, error_model="numpy")
+def _fit(u: Array, i0: int, i1: int, j0: int, j1: int) -> tuple[float, float, float]:
+    """Slopes per index and value at index (0, 0) of a tile's plane, from its corners and centre."""
+    c00 = u[i0, j0]
+    c01 = u[i0, j1]
+    c10 = u[i1, j0]
+    c11 = u[i1, j1]
+    w = i1 - i0
+    h = j1 - j0
+    mid_i = i0 + w // 2
+    mid_j = j0 + h // 2
+    centre = u[mid_i, mid_j]
+    if c00 == c01 and c00 == c10 and c00 == c11 and (c00 == centre or (w < 2 and h < 2)):
+        return 0.0, 0.0, c00
+    a = 0.5 * ((c10 - c00) + (c11 - c01)) / w if w > 0 else 0.0
+    b = 0.5 * ((c01 - c00) + (c11 - c10)) / h if h > 0 else 0.0
+    most = max(c00, c01, c10, c11)
+    least = min(c00, c01, c10, c11)
+    c = (c00 + c01 + c10 + c11) - 2.0 * a * (i0 + i1) - 2.0 * b * (j0 + j1)
+    if w >= 2 or h >= 2:
+        c = 0.2 * (c + centre - a * mid_i - b * mid_j)
+        most = max(most, centre)
+        least = min(least, centre)
+    else:
+        c *= 0.25
+    # No higher than the highest and no lower than the lowest value at the corners, where a plane ends.
+    low_end = a * (i0 if a > 0.0 else i1) + b * (j0 if b > 0.0 else j1)
+    high_end = a * (i1 if a > 0.0 else i0) + b * (j1 if b > 0.0 else j0)
+    c = min(c, most - high_end)
+    return a, b, max(c, least - low_end)
 
 
 @njit(cache=True, error_model="numpy")
-def _is_flat(u: Array, i0: int, i1: int, j0: int, j1: int) -> bool:
-    first = u[i0, j0]
-    for i in range(i0, i1 + 1):
-        for j in range(j0, j1 + 1):
-            if u[i, j] != first:
-                return False
-    return True
+def tile(u: Array, width: int, height: int, bounds: Array, planes: Array, owner: Array) -> int:
+    """Pieces of a table shaped (m, n) cut into tiles of width rows by height columns; returns how many.
 
-
-@njit(cache=True, error_model="numpy")
-def _fit(u: Array, i0: int, i1: int, j0: int, j1: int, tolerance: float) -> tuple[float, float, float, float]:
-    """Slopes per index, value at index (0, 0), and the largest error of the plane for a part.
-
-    An error above the tolerance is the first one found, not the largest.
-    """
-    w = i1 - i0 + 1
-    h = j1 - j0 + 1
-    mid_i = 0.5 * (i0 + i1)
-    mid_j = 0.5 * (j0 + j1)
-    total = 0.0
-    tilt_i = 0.0
-    tilt_j = 0.0
-    least = u[i0, j0]
-    most = least
-    for i in range(i0, i1 + 1):
-        row = 0.0
-        for j in range(j0, j1 + 1):
-            value = u[i, j]
-            row += value
-            tilt_j += value * (j - mid_j)
-            least = min(least, value)
-            most = max(most, value)
-        total += row
-        tilt_i += row * (i - mid_i)
-    # On a full grid the normal equations of the plane fall apart into one per slope.
-    a = tilt_i * 12.0 / (h * w * (w * w - 1.0)) if w > 1 else 0.0
-    b = tilt_j * 12.0 / (w * h * (h * h - 1.0)) if h > 1 else 0.0
-    span = abs(a) * (w - 1) + abs(b) * (h - 1)
-    if span > most - least:
-        shrink = (most - least) / span
-        a *= shrink
-        b *= shrink
-        span = most - least
-    middle = total / (w * h)
-    middle = max(min(middle, most - 0.5 * span), least + 0.5 * span)
-    c = middle - a * mid_i - b * mid_j
-    error = 0.0
-    for i in range(i0, i1 + 1):
-        base = c + a * i
-        for j in range(j0, j1 + 1):
-            error = max(error, abs(u[i, j] - (base + b * j)))
-        if error > tolerance:
-            break
-    return a, b, c, error
-
-
-@njit(cache=True, error_model="numpy")
-def cut(u: Array, tolerance: float, first_i: int, bounds: Array, planes: Array) -> int:
-    """Pieces of a table shaped (m, n); returns how many.
-
-    bounds    (m * n, 4) integers to fill in: low and high index of the first variable, then of the second
-    planes    (m * n, 3) floats to fill in: two slopes per index, value at index (0, 0)
-    first_i   rows of the parts to begin with
-
-    The part with the table's highest value is cut until it holds that value exactly, so that the
-    approximation and the table are highest at the same point.
+    bounds    (tiles, 4) integers to fill in: low and high index of the first variable, then of the second
+    planes    (tiles, 3) floats to fill in: two slopes per index, value at index (0, 0)
+    owner     integers, one per tile along the second variable: scratch
     """
     m, n = u.shape
-    top_i = 0
-    top_j = 0
-    most = -np.inf
-    for i in range(m):
-        for j in range(n):
-            # Of equal values the last, as a solver would choose.
-            if u[i, j] >= most:
-                most = u[i, j]
-                top_i = i
-                top_j = j
-    stack = np.empty((_DEPTH, 4), np.int64)
     count = 0
-    for start in range(0, m, first_i):
-        stack[0, 0] = start
-        stack[0, 1] = min(start + first_i, m) - 1
-        stack[0, 2] = 0
-        stack[0, 3] = n - 1
-        waiting = 1
-        while waiting > 0:
-            waiting -= 1
-            i0 = stack[waiting, 0]
-            i1 = stack[waiting, 1]
-            j0 = stack[waiting, 2]
-            j1 = stack[waiting, 3]
-            if _is_flat(u, i0, i1, j0, j1):
-                a = 0.0
-                b = 0.0
-                c = u[i0, j0]
+    for k in range(owner.size):
+        owner[k] = -1
+    for i0 in range(0, m, width):
+        i1 = min(i0 + width, m) - 1
+        open_from = -1  # tile at which the newest piece of this row began if it is flat, else -1
+        newest = -1
+        k = 0
+        for j0 in range(0, n, height):
+            j1 = min(j0 + height, n) - 1
+            a, b, c = _fit(u, i0, i1, j0, j1)
+            flat = a == 0.0 and b == 0.0
+            if flat and open_from >= 0 and planes[newest, 2] == c:
+                bounds[newest, 3] = j1
             else:
-                a, b, c, error = _fit(u, i0, i1, j0, j1, tolerance)
-                if error > tolerance or (
-                    i0 <= top_i <= i1 and j0 <= top_j <= j1 and c + a * top_i + b * top_j != most
-                ):
-                    rows = i1 - i0 >= j1 - j0
-                    middle = (i0 + i1) // 2 if rows else (j0 + j1) // 2
-                    for k in range(4):
-                        stack[waiting + 1, k] = stack[waiting, k]
-                    if rows:
-                        stack[waiting + 1, 1] = middle
-                        stack[waiting, 0] = middle + 1
-                    else:
-                        stack[waiting + 1, 3] = middle
-                        stack[waiting, 2] = middle + 1
-                    waiting += 2
-                    continue
-            bounds[count, 0] = i0
-            bounds[count, 1] = i1
-            bounds[count, 2] = j0
-            bounds[count, 3] = j1
-            planes[count, 0] = a
-            planes[count, 1] = b
-            planes[count, 2] = c
-            count += 1
+                if open_from >= 0:
+                    count = _joined(bounds, planes, owner, open_from, k, newest, count)
+                newest = count
+                bounds[newest, 0] = i0
+                bounds[newest, 1] = i1
+                bounds[newest, 2] = j0
+                bounds[newest, 3] = j1
+                planes[newest, 0] = a
+                planes[newest, 1] = b
+                planes[newest, 2] = c
+                count += 1
+                open_from = k if flat else -1
+                if not flat:
+                    owner[k] = -1
+            k += 1
+        if open_from >= 0:
+            count = _joined(bounds, planes, owner, open_from, k, newest, count)
+    return count
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _joined(bounds: Array, planes: Array, owner: Array, begin: int, end: int, newest: int, count: int) -> int:
+    """Let the flat newest piece, over tiles begin to end - 1, be part of its like in the row before.
+
+    Returns the number of pieces then. A piece is always the last one when this is asked about it.
+    """
+    like = owner[begin]
+    if (
+        like >= 0
+        and bounds[like, 1] == bounds[newest, 0] - 1
+        and bounds[like, 2] == bounds[newest, 2]
+        and bounds[like, 3] == bounds[newest, 3]
+        and planes[like, 2] == planes[newest, 2]
+    ):
+        bounds[like, 1] = bounds[newest, 1]
+        newest = like
+        count -= 1
+    for k in range(begin, end):
+        owner[k] = newest
     return count
 
 
 @njit(cache=True, error_model="numpy")
-def block_of_cuts(bounds: Array, planes: Array, count: int, dims: int, base: float, extent: float) -> Array:
+def block_of_tiles(bounds: Array, planes: Array, count: int, dims: int, base: float, extent: float) -> Array:
     """The block (kernels.py) of `count` pieces over 1 or 2 variables, stretched to base..base + extent.
 
     An extent of 0 leaves the values as they are.
@@ -168,6 +139,7 @@ def block_of_cuts(bounds: Array, planes: Array, count: int, dims: int, base: flo
         most = base + extent
         least = base
     block = new_block(count, dims)
+    floats = block.view(np.float64)
     low = int32s_at(block[2], count * dims)
     high = int32s_at(block[3], count * dims)
     coef = floats_at(block[4], count * (dims + 1))
@@ -178,11 +150,10 @@ def block_of_cuts(bounds: Array, planes: Array, count: int, dims: int, base: flo
             high[d * count + p] = bounds[p, 2 * d + 1]
             coef[d * count + p] = planes[p, d] * scale
             edges += bounds[p, 2 * d + 1] - bounds[p, 2 * d] + 1
-        block.view(np.float64)[8 + d] = edges / count
+        floats[8 + d] = edges / count
     for p in range(count):
         coef[dims * count + p] = planes[p, 2] * scale + shift
     block[5] = COVERS
-    floats = block.view(np.float64)
     floats[6] = least
     floats[7] = most
     return block

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 from pymoos_lite.geometry.angles import angle180, angle360, bearing
@@ -243,6 +243,10 @@ class EncounterReferee:
         self.ranks = ranks.ordered()
         self.totals = Totals()
         self.closest_ever = math.inf
+        self.judging = True
+        """While off, encounters are followed but those that end are neither counted nor told."""
+        self.excuses: Callable[[str, str], bool] = lambda one, other: False
+        """Says of two vessels that they are none of the referee's business."""
         self._compat = compat
         self._pairs: dict[tuple[str, str], _Pair] = {}
         self._latest: dict[str, Fix] = {}
@@ -291,7 +295,7 @@ class EncounterReferee:
         apart = math.hypot(fix.x - there.x, fix.y - there.y)
         too_far = apart > _FORGET_FACTOR * self.ranks.encounter
         if pair is None:
-            if too_far:
+            if too_far or self.excuses(name, other):
                 return []
             # Whoever reported first is the first vessel of the pair.
             pair = self._pairs[key] = _Pair(other, name)
@@ -302,7 +306,7 @@ class EncounterReferee:
         found = [
             self._judge(pair, cpa, first, second)
             for cpa, first, second in pair.monitor.hear(which, fix)
-            if cpa <= self.ranks.encounter
+            if cpa <= self.ranks.encounter and self.judging
         ]
         self.closest_ever = min(self.closest_ever, pair.monitor.range, *(each.cpa for each in found))
         if too_far:

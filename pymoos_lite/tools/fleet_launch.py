@@ -20,6 +20,7 @@ from pymoos_lite.tools.launch import StopSignals
 from pymoos_lite.tools.mission import (
     EndCondition,
     MissionError,
+    deeper_problems,
     end_condition,
     parse_macros,
     parse_settings,
@@ -46,7 +47,9 @@ def run(args: argparse.Namespace) -> int:
             ports=free_ports(fleet, args.bind),
             settings=parse_settings(args.set),
         )
-        if report_problems(plan.problems, args.strict):
+        if report_problems(
+            [*plan.problems, *deeper_problems(*(member.plan for member in plan.members))], args.strict
+        ):
             return 1
         finished = end_condition(plan.shoreside.plan, args.until) if plan.shoreside is not None else None
     except (MissionError, PortError, ValueError) as error:

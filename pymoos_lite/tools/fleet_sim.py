@@ -17,6 +17,7 @@ from pymoos_lite.hosts.fleet import (
 from pymoos_lite.hosts.lockstep import Lockstep
 from pymoos_lite.tools.mission import (
     MissionError,
+    deeper_problems,
     end_condition,
     parse_macros,
     parse_settings,
@@ -41,7 +42,9 @@ def run(args: argparse.Namespace) -> int:
         pokes = [parse_fleet_poke(text, plan) for text in args.poke]
         if args.duration <= 0:
             raise MissionError(f"--duration {args.duration:g}: expected mission seconds above 0")
-        if report_problems(plan.problems, args.strict):
+        if report_problems(
+            [*plan.problems, *deeper_problems(*(member.plan for member in plan.members))], args.strict
+        ):
             return 1
         host = Lockstep(fleet.seed, args.log_dir)
         add_fleet(host, plan)

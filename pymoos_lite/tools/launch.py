@@ -17,6 +17,7 @@ from pymoos_lite.tools.mission import (
     EndCondition,
     MissionError,
     add_mission_arguments,
+    deeper_problems,
     end_condition,
     load_plan,
     parse_settings,
@@ -83,7 +84,7 @@ def run(args: argparse.Namespace) -> int:
     except MissionError as error:
         print(error, file=sys.stderr)
         return 1
-    if report_problems(plan.problems, args.strict):
+    if report_problems([*plan.problems, *deeper_problems(plan)], args.strict):
         return 1
     from pymoos_lite.core.clock import check_warp
     from pymoos_lite.hosts.ports import PortError

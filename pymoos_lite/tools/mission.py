@@ -16,6 +16,7 @@ __all__ = [
     "EndCondition",
     "MissionError",
     "add_mission_arguments",
+    "deeper_problems",
     "end_condition",
     "load_plan",
     "parse_macros",
@@ -114,6 +115,15 @@ def add_mission_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="refuse a mission with an unknown app or parameter instead of warning",
     )
+
+
+def deeper_problems(*plans: CommunityPlan) -> list[Problem]:
+    """What apps find wrong with the files they name (a helm with its `.bhv` file)."""
+    found: list[Problem] = []
+    for plan in plans:
+        for app in plan.apps:
+            found += app.cls.check_block(app.lines, plan.mission_dir, plan.mission.file)
+    return found
 
 
 def report_problems(problems: Iterable[Problem], strict: bool) -> bool:

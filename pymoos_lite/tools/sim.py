@@ -10,6 +10,7 @@ from pathlib import Path
 from pymoos_lite.tools.mission import (
     MissionError,
     add_mission_arguments,
+    deeper_problems,
     end_condition,
     load_plan,
     parse_settings,
@@ -67,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
     if args.duration <= 0:
         print(f"--duration {args.duration:g}: expected mission seconds above 0", file=sys.stderr)
         return 2
-    if report_problems(plan.problems, args.strict):
+    if report_problems([*plan.problems, *deeper_problems(plan)], args.strict):
         return 1
     host = Lockstep(args.seed or 0, args.log_dir)
     community = host.add_plan(plan)

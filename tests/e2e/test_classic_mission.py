@@ -229,3 +229,18 @@ def test_it_sails_its_survey_and_returns(henry):
     assert re.search(r"^\S+\s+PROC_WATCH_SUMMARY\s+uProcessWatch\s+All Present", text, re.M)
     for suffix in ("slog", "xlog", "ylog", "_moos"):
         assert list((henry / "logs").rglob(f"*.{suffix}")), suffix
+
+
+def test_a_mission_with_a_faulty_behaviour_file_starts_nothing_and_says_where(henry):
+    text = (henry / "henry.bhv").read_text().replace("capture_radius = 5.0", "captur_radius = 5.0")
+    (henry / "henry.bhv").write_text(text)
+    line = next(i for i, row in enumerate(text.splitlines(), 1) if "captur_radius" in row)
+    for command in (
+        ["sim", "henry.moos", "--log-dir", "logs"],
+        ["launch", "henry.moos", "--port", "0", "--plain"],
+    ):
+        result = pymoos(*command, cwd=henry)
+        assert result.returncode == 1
+        assert f"henry.bhv:{line}: " in result.stderr
+        assert "did you mean 'capture_radius'?" in result.stderr
+    assert not (henry / "logs").exists()
