@@ -253,8 +253,8 @@ def _clip(count: int, u: np.ndarray, kind: np.ndarray, attention: np.ndarray) ->
 
 @njit(cache=True, error_model="numpy")
 def _tile(
-    u, y = lane[:TILE], lane[TILE : 2 * TILE]
-    u_rate, share = lane[2 * TILE : 3 * TILE], lane[3 * TILE : 4 * TILE]
+    tile: int, width: int, work: np.ndarray, method: int, dt: float, substeps: int, rates_only: bool,
+    indptr: np.ndarray,
     indices: np.ndarray, lag: np.ndarray, history: np.ndarray, head: int, u_now: np.ndarray,
     inputs: np.ndarray, active: np.ndarray, options: np.ndarray, kinds: np.ndarray, own: np.ndarray,
     neighbour: np.ndarray, resistance: np.ndarray, attention: np.ndarray, dynamic: bool, uniform: bool,
