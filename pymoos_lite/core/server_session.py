@@ -387,10 +387,14 @@ class ServerSession:
                     peer, parcel.pattern, f"not registered: {peer.name} has {limit} registrations already"
                 )
                 return
+            try:
+                self.database.register(
+                    peer.name, parcel.pattern, now, parcel.source, parcel.interval, parcel.omit
+                )
+            except ValueError as error:
+                self._note(peer, parcel.pattern, f"not registered: {error}")
+                return
             peer.registrations.add(wish)
-            self.database.register(
-                peer.name, parcel.pattern, now, parcel.source, parcel.interval, parcel.omit
-            )
         elif isinstance(parcel, Unregister):
             peer.registrations = {
                 wish
