@@ -11,6 +11,7 @@ import heapq
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from zlib import crc32
 
 from pymoos_lite.app import App, AppContext, AppRunner, Quit
 from pymoos_lite.core.clock import VirtualClock
@@ -22,6 +23,20 @@ from pymoos_lite.hosts.network import SimulatedNetwork
 from pymoos_lite.hosts.plan import CommunityPlan, warm_up
 
 
+BRIDGE = "pShare"
+"""A community that runs it is one of a fleet."""
+
+
+def launch_delay(community: str, app: str) -> float:
+    """Seconds, less than one, after which an app of a fleet begins to tick.
+
+    On the water no two apps tick in the same instant. If they all did, whatever takes several hops would
+    just miss the next tick at each of them, and contacts would be half a second staler than they are. The
+    names decide, so that nobody else in the fleet changes when an app ticks.
+    """
+    return crc32(f"{community} {app}".encode()) / 2.0**32
+
+
 @dataclass
 class Community:
     """A database and the apps around it."""
@@ -30,6 +45,8 @@ class Community:
     database: Database
     runners: list[AppRunner] = field(default_factory=list)
     mail_driven: list[tuple[int, AppRunner]] = field(default_factory=list)
+    in_fleet: bool = False
+    """Its apps begin to tick at different times; see `launch_delay`."""
 
     def app(self, name: str) -> App:
         """The running app of that name.
@@ -80,6 +97,7 @@ class Lockstep:
         """
         warm_up(plan)
         community = self.add_community(plan.community or "community")
+        community.in_fleet = BRIDGE in plan.app_names
         names = tuple(plan.app_names)
         for app_plan in plan.apps:
             self.add_app(
@@ -120,7 +138,8 @@ class Lockstep:
         """Make and start an app; None (and an entry in `failures`) if it does not start."""
         try:
             runner = AppRunner(cls(context))
-            runner.start(self.clock.now())
+            delay = launch_delay(community.name, context.name) if community.in_fleet else 0.0
+            runner.start(self.clock.now(), delay)
         except Exception as error:
             self._failed(community, context.name, error, "start-up")
             context.connection.close("failed")
