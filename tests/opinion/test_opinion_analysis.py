@@ -9,7 +9,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from opinion_engine import analysis, graphs
-from opinion_engine.model import Attention, OpinionError, OpinionNetwork, simulate
+from opinion_engine.model import Attention, OpinionError, OpinionNetwork
+from opinion_engine.simulation import simulate
 
 CASES = [
     json.loads(p.read_text()) for p in sorted((Path(__file__).parents[1] / "data/opinion").glob("*.json"))

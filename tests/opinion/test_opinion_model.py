@@ -7,17 +7,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from opinion_engine import kernels
+from opinion_engine import kernels, network_kernels
 from opinion_engine.model import (
     Attention,
     Couplings,
     OpinionError,
     OpinionNetwork,
     input_value,
-    simulate,
     strongest,
     weighted_decision,
 )
+from opinion_engine.simulation import simulate
 
 ATTENTION = Attention(tau_u=2.0, u_min=0.4, u_max=1.3, y_th=0.6, n=2.0)
 
@@ -127,7 +127,7 @@ def test_the_network_integrator_has_order_four():
     def run(h):
         z, u = z0.copy(), np.full(4, ATTENTION.u_min)
         rows = np.tile(ATTENTION.row, (4, 1))
-        kernels.network_rk4(
+        network_kernels.network_rk4(
             z, u, 2.0, round(2.0 / h), network._kernel_tensor, network.links, network.resistance, b,
             network.active, rows, True,
         )  # fmt: skip
@@ -275,7 +275,7 @@ def test_the_zero_sum_does_not_drift_in_a_million_steps():
     rows = np.tile(ATTENTION.row, (3, 1))
     b = rng.normal(size=(3, 4))
     for _ in range(10):  # 10 times 100 000 steps
-        kernels.network_rk4(
+        network_kernels.network_rk4(
             z, u, 1000.0, 100_000, network._kernel_tensor, network.links, network.resistance, b,
             network.active, rows, True,
         )  # fmt: skip

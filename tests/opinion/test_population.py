@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 
 from opinion_engine import graphs, kernels
 from opinion_engine.graphs import Graph
-from opinion_engine.model import Attention, Couplings, OpinionError, OpinionNetwork, simulate
+from opinion_engine.model import Attention, Couplings, OpinionError, OpinionNetwork
 from opinion_engine.population import Links, Population
+from opinion_engine.simulation import simulate
 
 ATTENTION = Attention(tau_u=2.0, u_min=0.45, u_max=1.0, y_th=0.4, n=2.0)
 UNIFORM = {"alpha": 0.5, "beta": -0.2, "gamma": 0.3, "delta": -0.1}
