@@ -45,6 +45,8 @@ class FullStop(Behavior):
         self._far = 0.0
         self._distance = 0.0
         self._time = 0.0
+        self._done = False
+        """Completed, being perpetual: nothing more until it is activated again."""
 
     def on_idle_to_run(self) -> None:
         self._reset()
@@ -57,6 +59,9 @@ class FullStop(Behavior):
 
     def on_run(self) -> IvPFunction | None:
         own = self.own
+        if self._done:
+            self.why = "stopped"
+            return None
         if self._start is None:
             self._start = own.x, own.y
             self._heading, self._began = own.heading, self.now
@@ -68,8 +73,9 @@ class FullStop(Behavior):
         if self._stopped is None:
             self._measure(own.x, own.y, own.speed)
         if self._stopped is not None and self._waited():
+            self._done = True
             self.complete("stopped")
-            self._reset()
+            self._erase()
             return None
         self.why = f"{self._distance:.1f} m from where it began to stop, at {own.speed:.1f} m/s"
         return coupled(course_peak(self.domain, self._heading), at_most(self.domain, "speed", 0.0, 0.0))

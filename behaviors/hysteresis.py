@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import sqrt
+
 from behaviors import forms
 from behaviors.heading_memory import HeadingMemory
 from behaviors.steering import course_peak
@@ -63,9 +65,10 @@ class Hysteresis(Behavior):
         memory = self._memory
         memory.add(self.now, heading, config.memory_time)
         self.post("HYSTER_HDG_AVG", memory.mean)
-        self.post("HYSTER_HDG_VAR", memory.variance)
+        variance = memory.variance
+        self.post("HYSTER_HDG_VAR", variance)
         narrow, wide = sorted((config.min_heading_window, config.max_heading_window))
-        steadiness = max(0.0, 1.0 - memory.deviation / LARGE_DEVIATION)
+        steadiness = max(0.0, 1.0 - sqrt(variance) / LARGE_DEVIATION)
         half = 0.5 * (narrow + steadiness * (wide - narrow))
         self.why = f"within {half:.0f} degrees of heading {heading:.0f}"
         return course_peak(self.domain, heading, half, 180.0 - half, 100.0 - config.max_window_utility)

@@ -7,10 +7,9 @@ from functools import lru_cache
 from behaviors import forms
 from behaviors.perimeter import Perimeter
 from behaviors.region_watch import RegionWatch
-from behaviors.steering import coupled
 from behaviors.way_back import Side, way_back
 from ivp_helm.behavior import Behavior
-from ivp_helm.ivp import Domain, IvPFunction, zaic_spd
+from ivp_helm.ivp import Domain, IvPFunction, couple, zaic_spd
 from pymoos_lite.config.parameters import Declaration
 from pymoos_lite.geometry.attributes import Attributes
 from pymoos_lite.geometry.buffer import buffered
@@ -126,7 +125,7 @@ class OpRegionRecover(Behavior):
         self.post("OPR_TURN", self._side)
         self.post("OPR_HDG_DIST_TO_POLY", region.ray_dist(own.x, own.y, own.heading))
         self.why = f"{region.dist(own.x, own.y):.0f} m outside the region, coming back"
-        return coupled(back.course, recovery_speed(self.domain))
+        return couple(back.course, recovery_speed(self.domain))
 
     # --- telling ------------------------------------------------------------------------------------------
 

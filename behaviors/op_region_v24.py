@@ -6,10 +6,10 @@ from collections.abc import Iterable
 
 from behaviors import forms
 from behaviors.region_watch import RegionWatch
-from behaviors.steering import coupled, speed_peak
+from behaviors.steering import speed_peak
 from behaviors.way_back import Side, way_back
 from ivp_helm.behavior import Behavior
-from ivp_helm.ivp import IvPFunction
+from ivp_helm.ivp import IvPFunction, couple
 from pymoos_lite.config.parameters import Declaration, Parameter
 from pymoos_lite.geometry.attributes import Attributes
 from pymoos_lite.geometry.buffer import buffered
@@ -164,6 +164,13 @@ class OpRegionV24(Behavior):
     def on_idle_to_run(self) -> None:
         self._draw_regions()
 
+    def on_run_to_idle(self) -> None:
+        self._side = "none"
+        self._erase_status()
+
+    def on_complete(self) -> None:
+        self._erase_status()
+
     # --- running ------------------------------------------------------------------------------------------
 
     def on_run(self) -> IvPFunction | None:
@@ -180,8 +187,7 @@ class OpRegionV24(Behavior):
         if in_save:
             self._outside_save = False
             self._side = "none"
-            if self.visuals:
-                self.post("VIEW_POLYGON", erase_seglist_text(self._status_label))
+            self._erase_status()
             self.why = "inside the region"
             return None
         if not self.save_watch.entered:
@@ -234,7 +240,7 @@ class OpRegionV24(Behavior):
         self._draw_regions()
         self.why = f"{self._far('save'):.0f} m outside the region, coming back"
         speed = speed_peak(self.domain, config.recover_spd, config.recover_spd / 2.0, 0.2, 20.0)
-        return coupled(back.course, speed, COURSE_WEIGHT, SPEED_WEIGHT)
+        return couple(back.course, speed, COURSE_WEIGHT, SPEED_WEIGHT)
 
     @property
     def _elapsed(self) -> float:
@@ -310,6 +316,10 @@ class OpRegionV24(Behavior):
             ]
         for text in self._drawing:
             self.post("VIEW_POLYGON", text)
+
+    def _erase_status(self) -> None:
+        if self.visuals:
+            self.post("VIEW_POLYGON", erase_seglist_text(self._status_label))
 
     def _draw_status(self, which: str, corners: int, duration: float | None) -> None:
         if not self.visuals:

@@ -137,7 +137,7 @@ class Voronoi(Behavior):
             self.phase = "activated"
             return 1.0
         self.phase = "slipping"
-        return SLIPPING_LEAST + (1.0 - SLIPPING_LEAST) * (distance - capture) / (activate - capture)
+        return float(SLIPPING_LEAST + (1.0 - SLIPPING_LEAST) * (distance - capture) / (activate - capture))
 
     def _tell(self, distance: float) -> None:
         self.post("VOI_STATE", self.phase)

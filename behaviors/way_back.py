@@ -11,8 +11,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from behaviors.ray_kernels import ray_distances as _ray_distances
 from ivp_helm.ivp import Domain, IvPFunction, Peak, zaic_peak, zaic_vector
-from pymoos_lite.geometry.angles import angle360, angle_diff, bearing, is_port_turn
+from pymoos_lite.geometry.angles import bearing
+from pymoos_lite.geometry.cpa import unit_vectors
 from pymoos_lite.geometry.polygon import Polygon
 
 Side = Literal["none", "left", "right"]
@@ -26,25 +28,12 @@ class WayBack(NamedTuple):
 
 
 def ray_distances(polygon: Polygon, x: float, y: float, courses: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Distance along each course to the polygon's first edge, -1 where the ray misses it; shape (courses,).
-
-    All rays against all edges at once: the behaviours ask for some 360 of them in every iteration.
-    """
-    if len(polygon) < 2:
-        return np.full(courses.shape, -1.0)
-    edges = np.array(polygon.edges)
-    dx, dy = edges[:, 2] - edges[:, 0], edges[:, 3] - edges[:, 1]
-    ox, oy = edges[:, 0] - x, edges[:, 1] - y
-    angles = np.radians(courses)[:, None]
-    ux, uy = np.sin(angles), np.cos(angles)
-    turn = ux * dy - uy * dx
-    with np.errstate(divide="ignore", invalid="ignore"):
-        along = (ox * dy - oy * dx) / turn
-        part = (ox * uy - oy * ux) / turn
-    slack = 1e-9
-    hit = (np.abs(turn) > 1e-12) & (along >= -slack) & (part >= -slack) & (part <= 1.0 + slack)
-    nearest = np.where(hit, np.maximum(along, 0.0), np.inf).min(axis=1)
-    return np.where(np.isfinite(nearest), nearest, -1.0)
+    """Distance along each course to the polygon's first edge, -1 where the ray misses it; shape (courses,)."""
+    out = np.full(courses.shape, -1.0)
+    if len(polygon) >= 2:
+        edges = np.array(polygon.edges)
+        _ray_distances(x, y, *unit_vectors(courses), edges, out)
+    return out
 
 
 def way_back(
@@ -57,7 +46,8 @@ def way_back(
     heading (or stays `bound`), and loses the courses of the other side.
     """
     courses = domain["course"].values()
-    distances = ray_distances(region, x, y, courses)
+    distances = ray_distances(region, x, y, np.append(courses, heading))
+    ahead, distances = float(distances[-1]), distances[:-1]
     hits = distances >= 0.0
     if not hits.any():  # a coarse domain, a far or thin region
         toward = bearing(x, y, *region.center)
@@ -66,11 +56,12 @@ def way_back(
     scale = 100.0 / (far - near) if far > near else 0.0
     values = np.where(hits, 100.0 - (distances - near) * scale, 0.0)
     side: Side = "none"
-    if region.ray_dist(x, y, heading) < 0.0:
+    if ahead < 0.0:
         side = bound
+        turns = np.mod(courses - heading, 360.0)
+        port = turns > 180.0
         if side == "none":
-            nearest = min(courses[hits].tolist(), key=lambda course: angle_diff(course, heading))
-            side = "left" if is_port_turn(heading, nearest) else "right"
-        port = np.array([angle360(course - heading) > 180.0 for course in courses.tolist()])
+            least = np.where(hits, np.minimum(turns, 360.0 - turns), np.inf)
+            side = "left" if port[int(np.argmin(least))] else "right"
         values[port if side == "right" else ~port] = 0.0
-    return WayBack(zaic_vector(domain, "course", courses.tolist(), values.tolist()), side)
+    return WayBack(zaic_vector(domain, "course", courses, values), side)  # type: ignore[arg-type]

@@ -96,7 +96,7 @@ def our_publisher(job: Job, ready: Any, done: Any, result: Any) -> None:
     if job.paced:
         for due in paces(job.count):
             while time.monotonic() < due:
-                client.poll(due - time.monotonic())
+                client.poll(max(0.0, due - time.monotonic()))
             notify("BENCH", value_of(time.monotonic()))
             client.poll(0.0)
     else:
@@ -172,7 +172,7 @@ def zmq_publisher(job: Job, ready: Any, done: Any, result: Any) -> None:
     if job.paced:
         for due in paces(job.count):
             while time.monotonic() < due:
-                time.sleep(due - time.monotonic())
+                time.sleep(max(0.0, due - time.monotonic()))
             value = value_of(time.monotonic())
             send((b"BENCH", pack(Message("BENCH", value, clock.now(), "publisher", "", "bench"))))
     else:
@@ -240,7 +240,7 @@ def measure(system: str, case: Case, count: int, paced: bool) -> dict[str, Any]:
             assert ready.wait(PATIENCE), f"{role.__name__} did not start"
     found: dict[str, Any] = {}
     for _ in range(2):
-        who, what, lost = result.get(timeout=10 * PATIENCE)
+        who, what, lost = result.get(timeout=2 * PATIENCE)
         found[who] = what
         if who == "subscriber":
             found["lost"] = lost
@@ -280,7 +280,7 @@ def main() -> None:
 
     lost = {"ours": 0, "zmq": 0}
     for case in CASES:
-        count = (200_000 if case.text else 1_000_000) // (10 if options.quick else 1)
+        count = (100_000 if case.text else 500_000) // (10 if options.quick else 1)
         runs: dict[str, list[dict[str, Any]]] = {"ours": [], "zmq": []}
         for _ in range(repeat):
             for system, results in runs.items():

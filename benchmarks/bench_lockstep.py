@@ -115,7 +115,11 @@ def main() -> None:
     bare = best(seconds_per_bare_tick, repeats)
     print(f"{'per tick':<44}{'microseconds':>14}{'x bare loop':>13}")
     print(f"{'bare loop: call a function, store a value':<44}{1e6 * bare:>14.2f}{1.0:>13.1f}")
-    for label, cls in (("an idle app", Idle), ("an app that posts", Poster), ("... and hears its post", Reader)):
+    for label, cls in (
+        ("an idle app", Idle),
+        ("an app that posts", Poster),
+        ("... and hears its post", Reader),
+    ):
         took = best(lambda cls=cls: seconds_per_tick(cls), repeats)
         print(f"{label:<44}{1e6 * took:>14.2f}{took / bare:>13.1f}")
     print()

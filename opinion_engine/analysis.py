@@ -343,8 +343,8 @@ def cascade_threshold(
     _, wide = evaluate(point)
     along = tangent(wide, along)
     step = 1e-3 * float(network.resistance.min()) / strength
-    longest = 0.05 * attention.u_max * network.n_options / float(network.resistance.min())
-    for _ in range(20000):
+    longest = 0.02 * b_most + 0.05 * attention.u_max * network.n_options / float(network.resistance.min())
+    for _ in range(5000):
         following = correct(point + step * along, along)
         if following is None or (following - point) @ along < 0.2 * step:
             step *= 0.5

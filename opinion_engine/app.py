@@ -6,7 +6,7 @@ is there.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from opinion_engine.engine import EngineSettings, OpinionEngine, Update
@@ -14,6 +14,7 @@ from opinion_engine.messages import ENCODINGS
 from opinion_engine.model import Attention, OpinionError
 from opinion_engine.option_file import read_options
 from pymoos_lite.app import App
+from pymoos_lite.config.mission import ConfigLine
 from pymoos_lite.config.parameters import Declaration, Parameter
 from pymoos_lite.config.problems import ConfigurationError, Problem
 from pymoos_lite.core.message import Message
@@ -105,6 +106,29 @@ class OpinionManager(App):
             ),
         )
     )
+
+    @classmethod
+    def explain_block(
+        cls,
+        lines: Sequence[ConfigLine],
+        mission_dir: Path,
+        blocks: Mapping[str, Sequence[ConfigLine]],
+    ) -> str:
+        """The table of options and behaviours, where a helm is beside it."""
+        from ivp_helm.behavior_file import read_behavior_file
+        from opinion_engine.activation import derive
+
+        helm = [line.value for line in blocks.get("phelmivp", ()) if line.key.lower() == "behaviors"]
+        files = [line.value for line in lines if line.key.lower() == "option_file"]
+        if not helm or not files:
+            return ""
+        try:
+            options = read_options(mission_dir / name for name in files)
+            path = mission_dir / helm[0]
+            content = read_behavior_file(path.read_text(encoding="utf-8", errors="replace"), str(path))
+            return derive(content, options, {}).table()
+        except (OSError, ValueError):
+            return ""
 
     def on_start_up(self) -> None:
         config = self.config
@@ -199,6 +223,7 @@ class OpinionManager(App):
             self.notify("NODE_MESSAGE_LOCAL", self._enveloped(update.text))
         self.notify("OWN_OPINION_STATE", update.text)
         self.notify("OWN_ATTENTION", update.u)
+        self.notify("OPINION_BYTES", float(self.engine.counters.bytes_sent))
 
     def _enveloped(self, text: str) -> str:
         e = self._envelope

@@ -60,8 +60,8 @@ def simplex_figure(
 ) -> Figure:
     """One trace per vessel on the simplex of three options, its end as a dot; z (T, N, 3).
 
-    One panel per zoom: its frame is where every opinion is at least that value, so that the largest possible is
-    twice as much; -20 is the paper's zoom, [-20, 40]. A trace that leaves the frame runs along its edge.
+    One panel per zoom: its frame is where every opinion is at least that value, so that the largest possible
+    is twice as much; -20 is the paper's zoom, [-20, 40]. A trace that leaves the frame runs along its edge.
     """
     z = np.asarray(z, dtype=np.float64)
     if z.ndim != 3 or z.shape[2] != 3 or len(options) != 3 or len(names) != z.shape[1]:
@@ -216,7 +216,9 @@ def fold_panel(
 
 
 def basin_panel(axis: Any, extent: float, ends: Floats, marks: Sequence[tuple[float, float, bool]]) -> None:
-    """Which of several ends (M, M; -1 for none) a start (x1, x2) leads to; marks are equilibria (x1, x2, stable)."""
+    """Which of several ends (M, M; -1 for none) a start (x1, x2) leads to; marks are equilibria (x1, x2,
+    stable).
+    """
     _colour_cells(axis, (-extent, extent, -extent, extent), ends)
     for x, y, stable in marks:
         axis.plot(
@@ -225,12 +227,24 @@ def basin_panel(axis: Any, extent: float, ends: Floats, marks: Sequence[tuple[fl
     axis.set_aspect("equal")
 
 
-def simplex_basin_panel(axis: Any, low: float, places: Floats, ends: Floats, options: Sequence[str]) -> None:
-    """The same on the simplex: places (K, 2) in the plane and the end (K,) each leads to."""
-    from matplotlib.colors import ListedColormap, to_rgb
+def simplex_pixels(
+    low: float, resolution: int
+) -> tuple[Floats, np.ndarray, tuple[float, float, float, float]]:
+    """Cells over the simplex: triples (R, R, 3), which of them lie inside (R, R), and the box in the plane."""
+    corners = on_simplex(np.where(np.eye(3) == 1.0, -2.0 * low, low))
+    (left, bottom), (right, top) = corners.min(axis=0), corners.max(axis=0)
+    x = left + (np.arange(resolution) + 0.47) * (right - left) / resolution
+    y = bottom + (np.arange(resolution) + 0.53) * (top - bottom) / resolution
+    triples = np.stack(np.meshgrid(x, y), axis=-1) @ PLANE.T
+    return triples, triples.min(axis=-1) >= low, (left, right, bottom, top)
 
-    shades = ListedColormap([_pale(to_rgb(colour)) for colour in COLOURS])
-    axis.tripcolor(*places.T, ends, cmap=shades, vmin=-0.5, vmax=len(COLOURS) - 0.5, shading="flat", zorder=1)
+
+def simplex_basin_panel(
+    axis: Any, low: float, box: tuple[float, float, float, float], ends: Floats, options: Sequence[str]
+) -> None:
+    """The same on the simplex: the end each cell of `simplex_pixels` leads to, -1 outside."""
+    _colour_cells(axis, box, ends)
+    axis.set_ylim(box[2], box[3] + 0.12 * (box[3] - box[2]))  # room for the label on top
     corners = on_simplex(np.where(np.eye(3) == 1.0, -2.0 * low, low))
     axis.plot(*np.vstack([corners, corners[:1]]).T, color="#444444", linewidth=1.0, zorder=2)
     for corner, name, shift in zip(corners, options, ((0, -9), (0, -9), (0, 8)), strict=True):
@@ -256,7 +270,8 @@ def _colour_cells(axis: Any, box: tuple[float, float, float, float], ends: Float
 def cascade_sheet(rows: Sequence[tuple[str, Graph, Floats, Floats]], columns: int = 5) -> Figure:
     """A contact sheet: per row (title, graph with positions, t (T,), x (T, N) the opinion that spreads).
 
-    The columns are moments between the first and the last change, evenly spaced in the number of agents reached.
+    The columns are moments between the first and the last change, evenly spaced in the number of agents
+    reached.
     """
     shapes = [
         float(np.clip(np.divide(*np.ptp(_folded(g.positions), axis=0)[::-1]), 0.5, 1.2))

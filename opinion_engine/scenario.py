@@ -41,7 +41,8 @@ class FleetHistory:
 def bloom_options(alpha: float = 1.0) -> OptionSet:
     """Explore, exploit and migrate with the couplings of gcid.md 11, in the paper's order.
 
-    alpha is the self-reinforcement of the first two: 1.0 is what the reference runs with, 0.05 what it writes.
+    alpha is the self-reinforcement of the first two: 1.0 is what the reference runs with, 0.05 what it
+    writes.
     """
 
     def option(

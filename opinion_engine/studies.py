@@ -1,7 +1,7 @@
 """The computations behind the figures: sweeps of simulations next to what the theory predicts.
 
-Each function gives the finished matplotlib figure; `plots` draws, `theory` and `analysis` predict, `model` and
-`population` simulate.
+Each function gives the finished matplotlib figure; `plots` draws, `theory` and `analysis` predict, `model`
+and `population` simulate.
 """
 
 from __future__ import annotations
@@ -126,8 +126,10 @@ def _fold(axis: object, network: OpinionNetwork) -> None:
     axis.set_title("cascade: attention feedback makes a threshold for the input", fontsize=10)  # type: ignore[attr-defined]
 
 
-def basin_study(seed: int = 1, resolution: int = 80) -> Figure:
-    """Which end a start leads to: two agents and two options, cooperating and competing; three options agreed."""
+def basin_study(seed: int = 1, resolution: int = 100) -> Figure:
+    """Which end a start leads to: two agents and two options, cooperating and competing; three options
+    agreed.
+    """
     made, axes = plots.figure(11.4, 4.0, 1, 3)
     pair = 1.0 - np.eye(2)
     rivals = {**EXAMPLE, "gamma": -0.3, "delta": 0.1}
@@ -140,8 +142,8 @@ def basin_study(seed: int = 1, resolution: int = 80) -> Figure:
         assert u_star is not None
         u, extent = 1.5 * u_star, 2.2
         grid = np.linspace(-extent, extent, resolution)
-        grid = grid + 0.3 * (grid[1] - grid[0])  # off the diagonals, which belong to no basin
-        start = np.array([[[[x, -x], [y, -y]] for x in grid] for y in grid]).reshape(-1, 2, 2)
+        off = grid + 0.37 * (grid[1] - grid[0])  # the diagonals belong to no basin
+        start = np.array([[[[x, -x], [y, -y]] for x in grid] for y in off]).reshape(-1, 2, 2)
         ends = _many(network, u, start)[:, :, 0]
         label = np.where(ends[:, 0] > 0, 0, 1) + np.where(ends[:, 0] * ends[:, 1] < 0, 2, 0)
         label = np.where(np.abs(ends).max(axis=1) < 0.2, -1, label)
@@ -159,11 +161,13 @@ def basin_study(seed: int = 1, resolution: int = 80) -> Figure:
         np.zeros((1, 1)), Couplings.homogeneous(3, alpha=a, beta=c, gamma=0.0, delta=0.0)
     )
     low = -1.6
-    places, triples = _simplex_points(low, resolution)
-    ends = _many(one, 1.5 * threshold, triples[:, None, :])[:, 0]
+    triples, inside, box = plots.simplex_pixels(low, resolution)
+    ends = _many(one, 1.5 * threshold, triples[inside][:, None, :])[:, 0]
     winner, rejected = np.argmax(ends, axis=1), np.argmin(ends, axis=1)
     label = np.where(ends.max(axis=1) > -ends.min(axis=1), winner, 3 + rejected)
-    plots.simplex_basin_panel(axes[2], low, places, label.astype(float), ("option 1", "option 2", "option 3"))
+    picture = np.full(inside.shape, -1.0)
+    picture[inside] = label
+    plots.simplex_basin_panel(axes[2], low, box, picture, ("option 1", "option 2", "option 3"))
     for e in analysis.equilibria(one, u=1.5 * threshold, starts=150, seed=seed):
         place = plots.on_simplex(e.z[0])
         axes[2].plot(
@@ -174,17 +178,8 @@ def basin_study(seed: int = 1, resolution: int = 80) -> Figure:
             markersize=6.0,
             zorder=3,
         )
-    axes[2].set_title("one of three options wins\nor is rejected (4 agents agreed)", fontsize=10, pad=12)
+    axes[2].set_title("one of three options wins\nor is rejected (4 agents agreed)", fontsize=10)
     return made
-
-
-def _simplex_points(low: float, resolution: int) -> tuple[Floats, Floats]:
-    """A triangular lattice over the simplex: places (K, 2) and triples (K, 3)."""
-    n = resolution - 1
-    weights = np.array([[i, j, n - i - j] for i in range(n + 1) for j in range(n + 1 - i)]) / n
-    triples = low + 3.0 * abs(low) * weights
-    triples = triples + np.array([0.3, 0.1, -0.4]) * abs(low) / n  # off the borders between basins
-    return plots.on_simplex(triples), triples
 
 
 def _many(network: OpinionNetwork, u: float, starts: Floats) -> Floats:

@@ -13,6 +13,7 @@ import re
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ivp_helm.ivp.codec_kernels import write_pieces
 from ivp_helm.ivp.domain import Domain, _number
@@ -27,6 +28,8 @@ MAX_TEXT: Final = 64_000_000
 _WHOLE: Final = re.compile(r"\d{1,10}")
 _WEIGHT: Final = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 _LONG_WEIGHT: Final = re.compile(r"[-+]?\d*\.\d{5,}")
+_PLAIN: Final = re.compile(r"[0-9.,-]+")
+_FIFTH_DECIMAL: Final = re.compile(r"\.\d{5}")
 
 
 def encode(f: IvPFunction) -> str:
@@ -97,6 +100,45 @@ def decode(text: str, *, any_decimals: bool = False) -> IvPFunction:
             f"encoded function {context!r}: {count} pieces need {count * width} fields after 'F',"
             f" but there are {len(body)} (truncated, or split wrongly?)"
         )
+    read = _read_plainly(body, count, dim, width)
+    bounds, marks, weights = read or _read_carefully(body, count, dim, width, context, any_decimals)
+    return IvPFunction(
+        domain,
+        bounds[:, 0::2],
+        bounds[:, 1::2],
+        weights,
+        low_open=marks[:, 0::2],
+        high_open=marks[:, 1::2],
+        grid=grid,
+        weight=weight,
+        context=context,
+    )
+
+
+_Pieces = tuple[NDArray[np.int64], NDArray[np.bool_], NDArray[np.float64]]
+
+
+def _read_plainly(body: list[str], count: int, dim: int, width: int) -> _Pieces | None:
+    """Bounds, marks and weights of a body that holds nothing but plain numbers; None if it may hold more."""
+    text = ",".join(body)
+    if not _PLAIN.fullmatch(text) or _FIFTH_DECIMAL.search(text):
+        return None
+    bounds = np.empty((count, 2 * dim), np.int64)
+    weights = np.empty((count, width - 2 * dim))
+    try:
+        for i in range(2 * dim):
+            bounds[:, i] = list(map(int, body[i::width]))
+        for i in range(2 * dim, width):
+            weights[:, i - 2 * dim] = list(map(float, body[i::width]))
+    except (ValueError, OverflowError):
+        return None
+    return bounds, np.zeros(bounds.shape, np.bool_), weights
+
+
+def _read_carefully(
+    body: list[str], count: int, dim: int, width: int, context: str, any_decimals: bool
+) -> _Pieces:
+    """The same field by field, with exclusive bounds and exponents, and errors that name the field."""
     bounds = np.empty((count, 2 * dim), np.int64)
     marks = np.zeros((count, 2 * dim), np.bool_)
     weights = np.empty((count, width - 2 * dim))
@@ -113,17 +155,7 @@ def decode(text: str, *, any_decimals: bool = False) -> IvPFunction:
             if not any_decimals and _LONG_WEIGHT.fullmatch(piece[i]):
                 raise IvPError(f"encoded function {where}: {piece[i]!r} has more than four decimals")
             weights[p, i - 2 * dim] = _weight(piece[i], where)
-    return IvPFunction(
-        domain,
-        bounds[:, 0::2],
-        bounds[:, 1::2],
-        weights,
-        low_open=marks[:, 0::2],
-        high_open=marks[:, 1::2],
-        grid=grid,
-        weight=weight,
-        context=context,
-    )
+    return bounds, marks, weights
 
 
 def _whole(field: str, where: str) -> int:

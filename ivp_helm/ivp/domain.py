@@ -132,9 +132,11 @@ class Domain:
         "__weakref__",
         "_by_name",
         "_frame",
+        "_frame_address",
         "_points_array",
         "_scopes",
         "_subdomains",
+        "_width",
         "delta",
         "high",
         "low",
@@ -152,6 +154,8 @@ class Domain:
     size: int  # total number of points: the product of the counts
     _by_name: dict[str, int]
     _frame: NDArray[np.int64]  # points, and as floats low and delta of each variable, for the solver
+    _frame_address: int
+    _width: int
     _points_array: NDArray[np.int64]  # points once more, for kernels; never written to
     _subdomains: dict[tuple[str, ...], Domain]
     _scopes: dict[Domain, tuple[NDArray[np.int64], int]]  # scope_of and its address, as kernels want it
@@ -182,6 +186,8 @@ class Domain:
         self._points_array = np.array(self.points, dtype=np.int64)
         limits = np.array(self.low + self.delta, dtype=np.float64)
         self._frame = np.concatenate((self._points_array, limits.view(np.int64)))
+        self._frame_address = self._frame.ctypes.data
+        self._width = len(key)
         self._subdomains = {}
         self._scopes = {}
         cls._interned[key] = self

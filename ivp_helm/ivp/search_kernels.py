@@ -497,3 +497,15 @@ def solve(
         lows[0] + steps[0] * decision[0], lows[v1] + steps[v1] * decision[v1],
         lows[v2] + steps[v2] * decision[v2], lows[v3] + steps[v3] * decision[v3],
     )  # fmt: skip
+
+
+@njit(cache=True, error_model="numpy")
+def solve_at(
+    table: int, count: int, frame: int, wide: int, method: int, limit: int,
+    ints: int, ints_size: int, floats: int, floats_size: int,
+) -> tuple[int, float, float, int, int, int, int, int, int, float, float, float, float]:  # fmt: skip
+    """`solve` with addresses and sizes for arrays: passing a number costs half of passing an array."""
+    return solve(
+        int64s_at(table, 3 * count), count, int64s_at(frame, 3 * wide), method, limit,
+        int64s_at(ints, ints_size), floats_at(floats, floats_size),
+    )  # fmt: skip

@@ -9,6 +9,7 @@ left out, and a point is feasible only if every remaining function covers it. `s
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Iterable, Sequence
 from enum import Enum
@@ -72,21 +73,27 @@ _INFEASIBLE: Final = Status.INFEASIBLE
 
 
 class _Workspace:
-    """Memory a solve needs, kept from call to call."""
+    """Memory a solve needs, kept from call to call; `memory` is what the kernel wants to know of it."""
 
-    __slots__ = ("bytes", "floats", "ints", "room", "table")
+    __slots__ = ("address", "bytes", "floats", "ints", "memory", "room", "table")
     room: int  # functions the table holds
     table: NDArray[np.int64]
+    address: int  # of the table
     bytes: memoryview  # of the table
+    ints: NDArray[np.int64]
+    floats: NDArray[np.float64]
+    memory: tuple[int, int, int, int]  # addresses and sizes of ints and floats
 
     def __init__(self) -> None:
         self.make_room(16)
-        self.ints: NDArray[np.int64] = np.zeros(1 << 14, np.int64)
-        self.floats: NDArray[np.float64] = np.zeros(1 << 14, np.float64)
+        self.ints = np.zeros(1 << 14, np.int64)
+        self.floats = np.zeros(1 << 14, np.float64)
+        self._measure()
 
     def make_room(self, functions: int) -> None:
         self.room = 2 * functions
         self.table = np.zeros(3 * self.room, np.int64)
+        self.address = self.table.ctypes.data
         self.bytes = memoryview(self.table)  # type: ignore[arg-type]
 
     def grow(self, outcome: int, size: int) -> None:
@@ -94,9 +101,17 @@ class _Workspace:
             self.ints = np.zeros(size + size // 2, np.int64)
         else:
             self.floats = np.zeros(size + size // 2, np.float64)
+        self._measure()
+
+    def _measure(self) -> None:
+        self.memory = (self.ints.ctypes.data, self.ints.size, self.floats.ctypes.data, self.floats.size)
 
 
-_solve: Final = kernels.solve
+# A solve of a small problem takes two microseconds, so looking up names shows.
+_solve_at: Final = kernels.solve_at
+_NEED: Final = kernels.STOPPED
+_LOWEST: Final = -math.inf
+_new_tuple: Final = tuple.__new__
 # Spare workspaces; taking one out of the list is atomic, so two threads never share one.
 _spare: list[_Workspace] = []
 _packers: Final = [struct.Struct("=" + "qqd" * k) for k in range(33)]
@@ -124,6 +139,9 @@ def solve(
     """
     if not isinstance(functions, (list, tuple)):
         functions = list(functions)  # addresses are only good while somebody holds the functions
+    how = _METHODS.get(method)
+    if how is None:
+        raise IvPError(f"no solving method {method!r}; there are {', '.join(_METHODS)}")
     scopes = domain._scopes
     held: list[object] = []
     words: list[Any] = []
@@ -140,36 +158,33 @@ def solve(
             words += (f._address, scope[1], weight)
             count += 1
     if not count:
-        return Solution(domain, (), (), -np.inf, -np.inf, 0, Status.EMPTY)
+        return Solution(domain, (), (), _LOWEST, _LOWEST, 0, Status.EMPTY)
     workspace = _spare.pop() if _spare else _Workspace()
     if count > workspace.room:
         workspace.make_room(count)
-    packer = _packers[count] if count < len(_packers) else struct.Struct("=" + "qqd" * count)
+    packer = _packers[count] if count < 33 else struct.Struct("=" + "qqd" * count)
     packer.pack_into(workspace.bytes, 0, *words)
-    frame = domain._frame
-    if method not in _METHODS:
-        raise IvPError(f"no solving method {method!r}; there are {', '.join(_METHODS)}")
+    frame, dims = domain._frame_address, domain._width
     while True:
-        answer = _solve(
-            workspace.table, count, frame, _METHODS[method], max_nodes, workspace.ints, workspace.floats
-        )
+        answer = _solve_at(workspace.address, count, frame, dims, how, max_nodes, *workspace.memory)
         outcome = answer[0]
-        if outcome <= kernels.STOPPED:
+        if outcome <= _NEED:
             break
         workspace.grow(outcome, answer[4])
-    dims = len(domain.names)
-    indexes: tuple[Any, ...] = answer[5 : 5 + dims]
-    decision: tuple[Any, ...] = answer[9 : 9 + dims]
     if dims > 4:
-        indexes = tuple(workspace.ints[:dims].tolist())
-        decision = domain.value_of(indexes)
+        indexes: tuple[Any, ...] = tuple(workspace.ints[:dims].tolist())
+        decision: tuple[Any, ...] = domain.value_of(indexes)
+    else:
+        indexes = answer[5 : 5 + dims]
+        decision = answer[9 : 9 + dims]
     _spare.append(workspace)
-    if answer[1] == -np.inf:
+    value = answer[1]
+    if value == _LOWEST:
         status = _INFEASIBLE if outcome == kernels.INFEASIBLE else _STOPPED
-        return Solution(domain, (), (), -np.inf, answer[2], answer[3], status)
-    status = _STOPPED if outcome == kernels.STOPPED else _OPTIMAL
-    fields = (domain, decision, indexes, answer[1], answer[2], answer[3], status)
-    return tuple.__new__(Solution, fields)  # what Solution(...) does, in a third of the time
+        return Solution(domain, (), (), _LOWEST, answer[2], answer[3], status)
+    status = _OPTIMAL if outcome == 0 else _STOPPED
+    fields = (domain, decision, indexes, value, answer[2], answer[3], status)
+    return _new_tuple(Solution, fields)  # what Solution(...) does, in a third of the time
 
 
 def _scope(domain: Domain, f: IvPFunction) -> tuple[NDArray[np.int64], int]:

@@ -102,10 +102,17 @@ def sweep(
                     break
         if not whole:
             _spread(totals, scratch, n, points, place[k * n : k * n + dims], own_stride, dims, ints)
-    top = -np.inf
-    for j in range(total):
-        if totals[j] > top:
-            top = totals[j]
+    # four maxima at a time, since each comparison has to wait for the one before it
+    top = t1 = t2 = t3 = -np.inf
+    even = total - total % 4
+    for j in range(0, even, 4):
+        top = max(top, totals[j])
+        t1 = max(t1, totals[j + 1])
+        t2 = max(t2, totals[j + 2])
+        t3 = max(t3, totals[j + 3])
+    for j in range(even, total):
+        top = max(top, totals[j])
+    top = max(top, t1, t2, t3)
     if top == -np.inf:
         return top
     j = total - 1

@@ -58,8 +58,17 @@ class SwapStations(App):
     DEFAULT_TICK = 1.0
     PARAMETERS = Declaration(
         (
-            Parameter("vehicles", "custom", [], doc="Who takes part: NAME:NAME.", parse=parse_names, example="abe:ben"),
-            Parameter("center", "custom", (0.0, 0.0), "m", "Middle of the ring.", parse=parse_place, example="0,0"),
+            Parameter(
+                "vehicles",
+                "custom",
+                [],
+                doc="Who takes part: NAME:NAME.",
+                parse=parse_names,
+                example="abe:ben",
+            ),
+            Parameter(
+                "center", "custom", (0.0, 0.0), "m", "Middle of the ring.", parse=parse_place, example="0,0"
+            ),
             Parameter("spacing", "number", 60.0, "m", "Between neighbouring stations.", low=1.0),
             Parameter("interval", "number", 45.0, "s", "Between one pair's swap and the next.", low=1.0),
         )

@@ -217,6 +217,7 @@ class Control:
             ("NUMBER_OF_SAMPLED_BLOOMS", str(self.totals.samples)),
             ("NUMBER_OF_MIGRATIONS", float(self.totals.migrations)),
             ("OPTION_CHANGES", float(self.totals.option_changes)),
+            ("SECONDS_IN_STORM", round(self.totals.in_storm, 3)),
         ):
             self._post_news(name, count)
         self._post("N_ODOM_BLOOM_CTRL", self.odometer)

@@ -246,7 +246,9 @@ class Logger(App):
 
     def _banner(self, unix_time: float, utc: bool) -> Callable[[str, bool], str]:
         assert self.folder is not None
-        path, date = self.folder.path, log_date(unix_time, utc=utc)
+        # Equal runs have equal logs, wherever they are put: then only the name of the file is told.
+        path = Path() if self.context.deterministic else self.folder.path
+        date = log_date(unix_time, utc=utc)
         return lambda kind, marked: print_header(
             str(path / f"{self.stem}.{kind}"), date, self.log_start, marked=marked
         )

@@ -22,7 +22,7 @@ class Entry:
     host: bool = False
 
 
-# fmt: off  (a line each)
+# fmt: off
 APPS: tuple[Entry, ...] = (
     Entry("MOOSDB", "", ("database",), "The community database; every host has one built in.", host=True),
     Entry("pLogger", "pymoos_lite.apps.logger:Logger", ("logger",), "Writes .alog, .slog and .xlog files."),
@@ -85,17 +85,35 @@ BEHAVIORS: tuple[Entry, ...] = (
     Entry("BHV_ConstantHeading", "behaviors.constant_heading:ConstantHeading", (), "Keeps a heading."),
     Entry("BHV_ConstantDepth", "behaviors.constant_depth:ConstantDepth", (), "Keeps a depth."),
     Entry("BHV_Timer", "behaviors.timer:Timer", (), "Counts seconds while its conditions hold."),
-    Entry("BHV_OpRegionV24", "behaviors.op_region_v24:OpRegionV24", (), "Steers back into a region, stops outside."),
-    Entry("BHV_AvoidCollision", "behaviors.avoid_collision:AvoidCollision", (), "Keeps away from another vessel."),
+    Entry(
+        "BHV_OpRegionV24",
+        "behaviors.op_region_v24:OpRegionV24",
+        (),
+        "Steers back into a region, stops outside.",
+    ),
+    Entry(
+        "BHV_AvoidCollision",
+        "behaviors.avoid_collision:AvoidCollision",
+        (),
+        "Keeps away from another vessel.",
+    ),
     Entry("BHV_CutRange", "behaviors.cut_range:CutRange", (), "Pursues another vessel."),
     Entry("BHV_Trail", "behaviors.trail:Trail", (), "Keeps a place relative to another vessel."),
     Entry("BHV_Shadow", "behaviors.shadow:Shadow", (), "Takes the course and speed of another vessel."),
     Entry("BHV_Convoy", "behaviors.convoy:Convoy", (), "Follows in another vessel's wake."),
-    Entry("BHV_OpRegionRecover", "behaviors.op_region_recover:OpRegionRecover", (), "Steers back into a region."),
+    Entry(
+        "BHV_OpRegionRecover", "behaviors.op_region_recover:OpRegionRecover", (), "Steers back into a region."
+    ),
     Entry("BHV_MoveToRegion", "behaviors.move_to_region:MoveToRegion", (), "Goes into a region."),
-    Entry("BHV_Voronoi", "behaviors.voronoi:Voronoi", ("BHV_Voronoi2",), "Goes to the middle of the own cell."),
-    Entry("BHV_SearchControl", "behaviors.region_search:SearchControl", ("BHV_RegionSearchControl",),
-          "Keeps moving inside a region."),
+    Entry(
+        "BHV_Voronoi", "behaviors.voronoi:Voronoi", ("BHV_Voronoi2",), "Goes to the middle of the own cell."
+    ),
+    Entry(
+        "BHV_SearchControl",
+        "behaviors.region_search:SearchControl",
+        ("BHV_RegionSearchControl",),
+        "Keeps moving inside a region.",
+    ),
     Entry("BHV_GoToDepth", "behaviors.go_to_depth:GoToDepth", (), "Goes to one depth after the other."),
     Entry("BHV_MaxSpeed", "behaviors.max_speed:MaxSpeed", (), "Limits the speed."),
     Entry("BHV_MaxDepth", "behaviors.max_depth:MaxDepth", (), "Limits the depth."),
@@ -105,19 +123,53 @@ BEHAVIORS: tuple[Entry, ...] = (
     Entry("BHV_MemoryTurnLimit", "behaviors.memory_turn_limit:MemoryTurnLimit", (), "Allows no hard turns."),
     Entry("BHV_ZigZag", "behaviors.zig_zag:ZigZag", (), "Swings to and fro about a heading."),
     Entry("BHV_LegRun", "behaviors.leg_run:LegRun", (), "Sails a race track between two points."),
-    Entry("BHV_FixedTurn", "behaviors.fixed_turn:FixedTurn", ("BHV_FixTurn",),
-          "Turns by an angle and measures the circle."),
+    Entry(
+        "BHV_FixedTurn",
+        "behaviors.fixed_turn:FixedTurn",
+        ("BHV_FixTurn",),
+        "Turns by an angle and measures the circle.",
+    ),
     Entry("BHV_FullStop", "behaviors.full_stop:FullStop", (), "Comes to a stop."),
-    Entry("BHV_PeriodicSpeed", "behaviors.periodic_speed:PeriodicSpeed", (), "Asks for a speed from time to time."),
-    Entry("BHV_PeriodicSurface", "behaviors.periodic_surface:PeriodicSurface", (), "Comes up from time to time."),
-    Entry("BHV_RStationKeep", "behaviors.r_station_keep:RStationKeep", (), "Keeps a place beside another vessel."),
-    Entry("BHV_MaintainHeading", "behaviors.maintain_heading:MaintainHeading", (), "Keeps the heading it began with."),
+    Entry(
+        "BHV_PeriodicSpeed",
+        "behaviors.periodic_speed:PeriodicSpeed",
+        (),
+        "Asks for a speed from time to time.",
+    ),
+    Entry(
+        "BHV_PeriodicSurface", "behaviors.periodic_surface:PeriodicSurface", (), "Comes up from time to time."
+    ),
+    Entry(
+        "BHV_RStationKeep",
+        "behaviors.r_station_keep:RStationKeep",
+        (),
+        "Keeps a place beside another vessel.",
+    ),
+    Entry(
+        "BHV_MaintainHeading",
+        "behaviors.maintain_heading:MaintainHeading",
+        (),
+        "Keeps the heading it began with.",
+    ),
     Entry("BHV_HeadingBias", "behaviors.heading_bias:HeadingBias", (), "Prefers one side of the heading."),
     Entry("BHV_HeadingChange", "behaviors.heading_change:HeadingChange", (), "Turns by an angle."),
     Entry("BHV_Hysteresis", "behaviors.hysteresis:Hysteresis", (), "Holds on to the heading."),
-    Entry("BHV_HeadingHysteresis", "behaviors.hysteresis:HeadingHysteresis", (),
-          "Tells how steady the course asked for is."),
+    Entry(
+        "BHV_HeadingHysteresis",
+        "behaviors.hysteresis:HeadingHysteresis",
+        (),
+        "Tells how steady the course asked for is.",
+    ),
     Entry("BHV_AbortToPoint", "behaviors.abort_to_point:AbortToPoint", (), "Makes for a point."),
-    Entry("BHV_TestFailure", "behaviors.deliberate_failure:TestFailure", (), "Fails on purpose, to test watchdogs."),
+    Entry(
+        "BHV_TestFailure",
+        "behaviors.deliberate_failure:TestFailure",
+        (),
+        "Fails on purpose, to test watchdogs.",
+    ),
+    Entry("BHV_HSLine", "behaviors.hs_line:HSLine", (), "Draws the heading asked for."),
+    Entry("BHV_BearingLine", "behaviors.bearing_line:BearingLine", (), "Draws a line towards a point."),
+    Entry("BHV_PModelView", "behaviors.p_model_view:PModelView", (), "Draws how the vessel will turn."),
+    Entry("BHV_RangePulse", "behaviors.range_pulse:RangePulse", (), "Shows range reports."),
 )
 # fmt: on

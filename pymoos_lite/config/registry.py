@@ -118,8 +118,9 @@ def import_file(path: Path) -> ModuleType:
     Raises:
         ImportError: the file cannot be imported; the text names it.
     """
+    wanted = str(path.resolve())
     for module in list(sys.modules.values()):
-        if getattr(module, "__file__", None) == str(path.resolve()):
+        if getattr(module, "__file__", None) == wanted:
             return module
     name = "mission_plugins_" + "".join(
         c if c.isalnum() else "_" for c in str(path.resolve().with_suffix(""))

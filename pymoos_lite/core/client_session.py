@@ -46,12 +46,9 @@ from pymoos_lite.core.frames import (
     handshake_keys,
 )
 from pymoos_lite.core.link import Link, LinkLimits
-from pymoos_lite.core.message import Message, Value, as_value
+from pymoos_lite.core.message import Message
 from pymoos_lite.core.parcels import (
     BATCH,
-    MAX_AUX,
-    MAX_VARIABLE,
-    ROW_BYTES,
     Kind,
     Mail,
     Notice,
@@ -62,6 +59,7 @@ from pymoos_lite.core.parcels import (
     is_text,
     split,
 )
+from pymoos_lite.core.post_queue import PostQueue
 
 __all__ = [
     "ClientLimits",
@@ -82,9 +80,6 @@ _RETRY_LAST = 0.5
 _TRIES_PER_CONNECTION = 6
 _CLASH_RETRY = 0.5
 _MAX_EVENTS = 1000
-_MAX_NAMES = 100_000
-_PLAIN_TEXT = 4096  # text up to here needs no look at its encoded length, if it is ASCII
-_UNFINISHED_VALUE = 64  # room in a parcel for everything but value, name and aux
 
 
 class State(Enum):
@@ -124,6 +119,9 @@ class ClientSession:
         random: gives that many unpredictable bytes (`os.urandom`).
         key: community key.
         limits: see `ClientLimits`.
+
+    Raises:
+        ValueError: the name has no UTF-8 form; what else is wrong with it, the database will say.
     """
 
     def __init__(
@@ -135,6 +133,8 @@ class ClientSession:
         key: bytes | None = None,
         limits: ClientLimits | None = None,
     ) -> None:
+        if not is_text(name):
+            raise ValueError(f"a client name must be text, not {name!r:.60}")
         self.name = name
         self.limits = limits or ClientLimits()
         self.state = State.CONNECTING
@@ -154,18 +154,15 @@ class ClientSession:
         self._link: Link | None = None
         self._parser = Parser()
         self._outbox = Outbox()
+        bounds = self.limits
+        self._queue = PostQueue(self._outbox, bounds.posts, bounds.post_bytes, bounds.link.max_record)
         self._holding = False  # the database asked to wait with posts
         self._hold_until = -inf
         self._held: list[bytes] = []  # records that wait for it
-        self._rows: list[tuple[object, ...]] = []
-        self._rows_kind = Kind.POSTS
-        self._rows_bytes = 0
-        self._names: set[str] = set()
         self._registrations: dict[tuple[str, str], tuple[float, tuple[str, ...]]] = {}
         self._mail: list[Message] = []
         self._events: deque[Event] = deque(maxlen=_MAX_EVENTS)
         self._refused_before: int | None = None  # posts refused before the queue was full; None if it is not
-        self._posts_allowed = self.limits.posts  # none once the session has ended for good
         self._clash_since: float | None = None
         self._connection = b""
         self._cookie: bytes | None = None
@@ -181,11 +178,11 @@ class ClientSession:
     @property
     def unacknowledged(self) -> int:
         """Posts (and registrations) that the database has not yet confirmed."""
-        return len(self._rows) + self._outbox.rows
+        return self._queue.rows + self._outbox.rows
 
     @property
     def unacknowledged_bytes(self) -> int:
-        return self._rows_bytes + self._outbox.bytes
+        return self._queue.bytes + self._outbox.bytes
 
     @property
     def round_trip(self) -> float | None:
@@ -201,73 +198,18 @@ class ClientSession:
             ValueError: empty or overlong name or aux, a value over the limit, a time that is no number.
             TypeError: a value that is none of number, boolean, text or bytes.
         """
-        if type(value) is float:
-            size = ROW_BYTES
-        elif type(value) is str and len(value) <= _PLAIN_TEXT and value.isascii():
-            size = ROW_BYTES + len(value)
-        else:
-            value = as_value(value)
-            size = self._size_of(name, value)
-        if name not in self._names:
-            self._learn_name(name)
-        if aux and (type(aux) is not str or len(aux) > MAX_AUX or not is_text(aux)):
-            raise ValueError(f"aux of {name} must be text of at most {MAX_AUX} characters")
-        if type(time) is not float or not -1e300 < time < 1e300:
-            time = _as_time(name, time)
-        if self._rows_kind is not Kind.POSTS:
-            self._pack_rows(Kind.POSTS)
-        return self._queue((name, value, time, aux), size)
+        return self._queue.post(name, value, time, aux) or self._refuse_post()
 
     def relay(self, message: Message) -> bool:
         """Queue a message of somebody else, source and community kept, as bridges do; else like `post`."""
-        name, value, time, source, aux, community = message
-        checked = as_value(value)
-        size = self._size_of(name, checked)
-        if name not in self._names:
-            self._learn_name(name)
-        for text, longest in ((aux, MAX_AUX), (source, MAX_VARIABLE), (community, MAX_VARIABLE)):
-            if len(text) > longest or not is_text(text):
-                raise ValueError(f"{text!r:.60} of {name} is no text of at most {longest} characters")
-        if self._rows_kind is not Kind.RELAYED:
-            self._pack_rows(Kind.RELAYED)
-        return self._queue((name, checked, _as_time(name, time), source, aux, community), size)
+        return self._queue.relay(message) or self._refuse_post()
 
-    def _queue(self, row: tuple[object, ...], size: int) -> bool:
-        rows = self._rows
-        outbox = self._outbox
-        if (
-            len(rows) + outbox.rows >= self._posts_allowed
-            or self._rows_bytes + outbox.bytes + size > self.limits.post_bytes
-        ):
-            self.refused_posts += 1
-            if self._refused_before is None:
-                self._refused_before = self.refused_posts - 1
-                self._events.append(QueueFull(self.unacknowledged, self.unacknowledged_bytes))
-            return False
-        rows.append(row)
-        self._rows_bytes += size
-        return True
-
-    def _size_of(self, name: str, value: Value) -> int:
-        """What `value` counts for in the queue; refuses what no link carries."""
-        if isinstance(value, float):
-            return ROW_BYTES
-        size = len(value)
-        limit = self.limits.link.max_record - MAX_AUX - MAX_VARIABLE - _UNFINISHED_VALUE
-        if isinstance(value, str) and not value.isascii():
-            if not is_text(value):
-                raise ValueError(f"the value of {name} is no text: it holds half a surrogate pair")
-            if size * 4 > limit:
-                size = len(value.encode("utf-8", "surrogateescape"))
-        if size > limit:
-            raise ValueError(f"the value of {name} has {size} bytes, allowed are {limit}")
-        return ROW_BYTES + size
-
-    def _learn_name(self, name: str) -> None:
-        check_variable(name)
-        if len(self._names) >= _MAX_NAMES:
-            self._names.clear()
-        self._names.add(name)
+    def _refuse_post(self) -> bool:
+        self.refused_posts += 1
+        if self._refused_before is None:
+            self._refused_before = self.refused_posts - 1
+            self._events.append(QueueFull(self.unacknowledged, self.unacknowledged_bytes))
+        return False
 
     def register(
         self, pattern: str, interval: float = 0.0, source: str = "*", omit: tuple[str, ...] = ()
@@ -310,7 +252,7 @@ class ClientSession:
         if self._link is not None:
             out.append(self._link.close("closed by the client", wall))
         self.state = State.CLOSED
-        self._posts_allowed = 0
+        self._queue.shut()
         return out
 
     # --- datagrams ----------------------------------------------------------------------------
@@ -420,7 +362,7 @@ class ClientSession:
         if code is RefusalCode.KEY_NEEDED:
             reason = "the database wants a community key and this client has none"
         self.state = State.REFUSED
-        self._posts_allowed = 0
+        self._queue.shut()
         self._events.append(Refused(code, reason or code.name))
 
     def _enter(self, welcome: Welcome, wall: float) -> None:
@@ -491,10 +433,11 @@ class ClientSession:
             if wall >= self._hold_until:
                 self._release_held(link)
             # While the link is busy rows gather, so that busy links carry few, large parcels.
-            if self._rows and not self._holding and (not link.unsent or len(self._rows) >= BATCH):
-                self._pack_rows(self._rows_kind)
+            rows = self._queue.rows
+            if rows and not self._holding and (not link.unsent or rows >= BATCH):
+                self._pack_posts()
             if self._refused_before is not None:
-                self._consider_reopening()
+                self._consider_reopening(self._refused_before)
             out = link.datagrams(wall)
             if link.expired(wall):
                 self._lose(f"the database has been silent for {self.limits.link.timeout:g} s", wall)
@@ -503,11 +446,9 @@ class ClientSession:
             return [self._knock(wall)]
         return []
 
-    def _consider_reopening(self) -> None:
-        limits = self.limits
-        if 2 * self.unacknowledged <= limits.posts and 2 * self.unacknowledged_bytes <= limits.post_bytes:
-            assert self._refused_before is not None
-            self._events.append(QueueOpen(self.refused_posts - self._refused_before))
+    def _consider_reopening(self, refused_before: int) -> None:
+        if self._queue.half_empty():
+            self._events.append(QueueOpen(self.refused_posts - refused_before))
             self._refused_before = None
 
     def _knock(self, wall: float) -> bytes:
@@ -535,22 +476,17 @@ class ClientSession:
     def next_deadline(self) -> float:
         """Wall time by which `datagrams` must be called."""
         if self.state is State.CONNECTED and self._link is not None:
-            if self._rows and not self._holding and not self._link.unsent:
+            if self._queue.rows and not self._holding and not self._link.unsent:
                 return -inf
             return min(self._link.next_deadline(), self._hold_until if self._holding else inf)
         return self._retry_at if self.state is State.CONNECTING else inf
 
     # --- packing ------------------------------------------------------------------------------
 
-    def _pack_rows(self, next_kind: Kind) -> None:
-        rows, kind = self._rows, self._rows_kind
-        self._rows_kind = next_kind
-        if not rows:
-            return
-        self._rows = []
-        self._rows_bytes = 0
-        for chunk in split(rows):
-            self._submit(self._outbox.add(kind, chunk, rows=len(chunk)))
+    def _pack_posts(self) -> None:
+        for kind, rows in self._queue.take():
+            for chunk in split(rows):
+                self._submit(self._outbox.add(kind, chunk, rows=len(chunk)))
 
     def _control(self, kind: Kind, *content: object) -> None:
         if not self._server:
@@ -558,7 +494,7 @@ class ClientSession:
         if self._link is None and self._outbox.rows >= self.limits.posts:
             self._server = b""  # too much to keep: start afresh, which registers everything
             return
-        self._pack_rows(self._rows_kind)
+        self._pack_posts()
         self._submit(self._outbox.add(kind, *content))
 
     def _submit(self, record: bytes) -> None:
@@ -573,13 +509,3 @@ class ClientSession:
             for record in self._held:
                 link.submit(record)
             self._held = []
-
-
-def _as_time(name: str, time: object) -> float:
-    try:
-        stamp = float(time)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        stamp = float("nan")
-    if not -1e300 < stamp < 1e300:
-        raise ValueError(f"the time of {name} must be a finite number of seconds, not {time!r:.60}")
-    return stamp

@@ -18,6 +18,9 @@ SYSTEM_PERIOD = 2.0
 """Mission seconds between two updates of the `DB_*` variables."""
 
 MAX_REFUSALS_KEPT = 20
+
+MAX_VARIABLES = 100_000
+"""Variables that a community may have: far above any mission, and a bound on what a hostile client can cost."""
 MAX_REMEMBERED = 1000
 
 
@@ -31,18 +34,32 @@ class NameClashError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """Why a write was not accepted: the variable already has another type."""
+    """Why a write was not accepted: the variable has another type, or there are too many variables."""
 
     name: str
-    expected: str
-    found: str
     client: str
+    reason: str
+    event: str
 
     def __str__(self) -> str:
-        return (
-            f"{self.client} wrote a {self.found} to {self.name}, which holds a {self.expected}: "
-            f"the write was refused (first write of {self.name} fixed its type)"
-        )
+        return self.reason
+
+
+def _wrong_type(name: str, expected: type, found: type, client: str) -> Refusal:
+    holds, written = KIND_NAME[expected], KIND_NAME[found]
+    reason = (
+        f"{client} wrote a {written} to {name}, which holds a {holds}: "
+        f"the write was refused (first write of {name} fixed its type)"
+    )
+    return Refusal(name, client, reason, f"refused={name},client={client},holds={holds},written={written}")
+
+
+def _one_too_many(name: str, client: str, limit: int) -> Refusal:
+    reason = (
+        f"{client} wrote to {name}, but the community has {limit} variables already: the write was refused"
+    )
+    # The name is left out, so that a flood of names is one event.
+    return Refusal("", client, reason, f"refused=new variables,client={client},limit={limit}")
 
 
 @dataclass(slots=True)
@@ -88,7 +105,18 @@ class Client:
 class Record:
     """One variable: its last message, type, writers and the ways to its subscribers."""
 
-    __slots__ = ("direct", "filtered", "kind", "last_writes", "message", "name", "rate", "received", "writes")
+    __slots__ = (
+        "direct",
+        "filtered",
+        "kind",
+        "last_writes",
+        "message",
+        "name",
+        "rate",
+        "received",
+        "writer",
+        "writes",
+    )
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -98,6 +126,8 @@ class Record:
         self.writes = 0
         self.last_writes = 0
         self.rate = 0.0
+        # The connected client that wrote last: nearly always the next one, and then known as a writer.
+        self.writer = ""
         # Subscribers of every post: just their mailboxes' append. All others go through a Route.
         self.direct: list[Callable[[Message], None]] = []
         self.filtered: dict[str, Route] = {}
@@ -122,7 +152,8 @@ class Database:
     gets the last value, late; a second client of one name is refused.
     """
 
-    def __init__(self, community: str, now: float) -> None:
+    def __init__(self, community: str, now: float, max_variables: int = MAX_VARIABLES) -> None:
+        self.max_variables = max_variables
         self.community = community
         self.name = f"MOOSDB_{community}"
         self.started = now
@@ -194,7 +225,7 @@ class Database:
         Registering the same name again replaces the interval and replays the current value.
 
         Raises:
-            ValueError: empty pattern or negative interval.
+            ValueError: empty pattern, negative interval, or one variable too many.
             KeyError: the client is not connected.
         """
         if not pattern:
@@ -203,11 +234,15 @@ class Database:
             raise ValueError(f"the interval of a registration must not be negative: {interval}")
         record = self._clients[client]
         subscription = Subscription(pattern, source_pattern or "*", float(interval), omit)
-        record.add(subscription)
         if is_pattern(pattern):
             covered = [r for r in self._records.values() if subscription.wants_variable(r.name)]
         else:
+            if pattern not in self._records and len(self._records) >= self.max_variables:
+                raise ValueError(
+                    f"the community has {self.max_variables} variables already: no registration for more"
+                )
             covered = [self._record(pattern)]
+        record.add(subscription)
         self._unwritten.clear()
         if any(subscription.wants_variable(name) for name in SYSTEM_VARIABLES):
             self._update_system_wanted()
@@ -241,22 +276,32 @@ class Database:
 
         Mail reaches one client in the order in which it arrives here.
         """
-        record = self._records.get(message.name)
+        name, value, _, _, _, community = message
+        record = self._records.get(name)
         if record is None:
-            record = self._record(message.name)
-        if type(message.value) is not record.kind:
+            if len(self._records) >= self.max_variables and client != self.name:
+                return self._refuse(_one_too_many(name, client, self.max_variables), now)
+            record = self._record(name)
+        if type(value) is not record.kind:
             if record.kind is not None:
-                return self._refuse(record, message, client)
-            record.kind = type(message.value)
-        if not message.community:
+                kind = type(value)
+                return self._refuse(_wrong_type(record.name, record.kind, kind, client), now)
+            if type(value) not in KIND_NAME or type(message.time) is not float:
+                raise TypeError(
+                    f"{client} posted {message!r}: a value is float, str or bytes, a time is float"
+                )
+            record.kind = type(value)
+        if not community:
             message = message._replace(community=self.community)
         record.message = message
         record.received = now
         record.writes += 1
         self.statistics.accepted += 1
-        writer = self._clients.get(client)
-        if writer is not None:
-            writer.published[message.name] = None
+        if record.writer != client:
+            writer = self._clients.get(client)
+            if writer is not None:
+                writer.published[name] = None
+                record.writer = client
         for append in record.direct:
             append(message)
         if record.filtered:
@@ -269,15 +314,12 @@ class Database:
     def _post(self, message: Message, now: float) -> None:
         self.publish(self.name, message, now)
 
-    def _refuse(self, record: Record, message: Message, client: str) -> Refusal:
-        assert record.kind is not None
-        refusal = Refusal(record.name, KIND_NAME[record.kind], KIND_NAME[type(message.value)], client)
+    def _refuse(self, refusal: Refusal, now: float) -> Refusal:
         self.statistics.refused += 1
-        if refusal not in self.refusals and len(self.refusals) < MAX_REFUSALS_KEPT:
+        known = any(r.event == refusal.event for r in self.refusals)
+        if not known and len(self.refusals) < MAX_REFUSALS_KEPT:
             self.refusals.append(refusal)
-            text = f"refused={refusal.name},client={client},holds={refusal.expected},written={refusal.found}"
-            now = record.received
-            self._post(Message("DB_EVENT", text, now, self.name, "", self.community), now)
+            self._post(Message("DB_EVENT", refusal.event, now, self.name, "", self.community), now)
         return refusal
 
     # --- time --------------------------------------------------------------------------------
@@ -360,6 +402,7 @@ class Database:
 
     def _rebuild_all_routes(self) -> None:
         for record in self._records.values():
+            record.writer = ""
             self._rebuild_routes(record)
 
     def _rebuild_routes(self, record: Record) -> None:

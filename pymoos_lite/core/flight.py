@@ -79,6 +79,11 @@ class Flight:
         self._threshold = math.inf
         self._last_decrease = -math.inf
 
+    @property
+    def has_more(self) -> bool:
+        """Whether anything waits to be transmitted, if only the window lets it."""
+        return bool(self._queue or self._again)
+
     def submit(self, framed: bytes) -> None:
         """Queue a framed record."""
         self._queue.append(framed)

@@ -106,7 +106,7 @@ class Link:
         self._receive_key = receive_key
         self._number = 0
         self._last_sent = now
-        self._stirred = False  # something came in that may let `datagrams` send at once
+        self._stirred = False  # `datagrams` may have a segment to send at once
         self._sent = self._received = self._duplicates = 0
         # Which frame numbers have been seen, the highest one as the lowest bit
         self._seen = 0
@@ -248,12 +248,14 @@ class Link:
                 raise FrameError(Fault.OUT_OF_WINDOW)
             self._note_number(frame.number, now)
             self.flight.take_ack(frame.ack, frame.seen, frame.held, b"", now)
+            self._stirred = self.flight.has_more
             return self._take_segment(frame.seq, frame.payload, now)
         if isinstance(frame, Ack):
             if frame.ack > self.flight.next_seq:
                 raise FrameError(Fault.OUT_OF_WINDOW)
             self._note_number(frame.number, now)
             self.flight.take_ack(frame.ack, frame.seen, frame.held, frame.sack, now)
+            self._stirred = self.flight.has_more
             if frame.echo:
                 self._ack_at = now
             return []
@@ -278,7 +280,6 @@ class Link:
             self._seen_mask |= bit
         self.last_heard = now
         self._received += 1
-        self._stirred = True
 
     def _take_segment(self, seq: int, payload: bytes, now: float) -> list[bytes]:
         assembly = self.assembly

@@ -123,7 +123,7 @@ class _Peer:
         self.keys: Keys
         self.welcome = b""
         self.confirmed = False
-        self.heard = False  # something arrived that may call for an answer
+        self.heard = False  # something arrived that may have changed the deadline
         self.deadline = 0.0
         self.buffered = 0
         self.quality_due = 0.0
@@ -387,10 +387,14 @@ class ServerSession:
                     peer, parcel.pattern, f"not registered: {peer.name} has {limit} registrations already"
                 )
                 return
+            try:
+                self.database.register(
+                    peer.name, parcel.pattern, now, parcel.source, parcel.interval, parcel.omit
+                )
+            except ValueError as error:
+                self._note(peer, parcel.pattern, f"not registered: {error}")
+                return
             peer.registrations.add(wish)
-            self.database.register(
-                peer.name, parcel.pattern, now, parcel.source, parcel.interval, parcel.omit
-            )
         elif isinstance(parcel, Unregister):
             peer.registrations = {
                 wish
@@ -414,10 +418,12 @@ class ServerSession:
         self._outgoing = []
         ended: list[tuple[_Peer, str]] = []
         for peer in self._peers.values():
-            if not (peer.heard or peer.mailbox or peer.notices or peer.deadline <= wall):
-                continue
-            peer.heard = False
             link = peer.link
+            if peer.heard:
+                peer.heard = False
+                peer.deadline = link.next_deadline()
+            if not peer.mailbox and peer.deadline > wall and not peer.notices:
+                continue
             peer.outbox.settle(link.acknowledged)
             if peer.mailbox or peer.notices:
                 self._send_mail(peer)

@@ -93,6 +93,11 @@ class NodeComms(App):
             Parameter("groups", "boolean", False, doc="Reports pass only within a group."),
             Parameter("msg_groups", "boolean", False, doc="Messages pass only within a group."),
             Parameter(
+                "pass_binary", "variable", None, doc="A variable that vessels send as it is to all in reach (compact "
+                "opinions): VAR from vessel X goes on as VAR_<NAME>, under X's community.", repeated=True,
+                example="OPINION_MESSAGE",
+            ),
+            Parameter(
                 "stealth", "custom", doc="Shortens the reach of a vessel's reports: vname=NAME,stealth=FACTOR.",
                 parse=_stealth, repeated=True, example="vname=abe, stealth=0.5",
             ),
@@ -142,6 +147,8 @@ class NodeComms(App):
         self._fresh: dict[str, None] = {}
         self._reports: Counter[str] = Counter()
         self._waiting: deque[tuple[str, str]] = deque()
+        self._binaries: deque[Message] = deque(maxlen=MAX_WAITING)
+        self._binary_names = frozenset(config.pass_binary)
         self._acks_seen: deque[str] = deque(maxlen=REMEMBERED_ACKS)
         self._shared_at: dict[str, float] = {}
         self._sharing: float = config.shared_node_reports
@@ -172,7 +179,7 @@ class NodeComms(App):
     def on_connect(self) -> None:
         for name in ("NODE_REPORT", "NODE_REPORT_LOCAL", "NODE_MESSAGE", "MEDIATED_MESSAGE", "ACK_MESSAGE"):
             self.register(name)
-        for name in self._handlers:
+        for name in (*self._handlers, *sorted(self._binary_names)):
             self.register(name)
 
     def on_mail(self, mail: list[Message]) -> None:
@@ -185,6 +192,8 @@ class NodeComms(App):
                     self._drop("message", "flood")
                 else:
                     self._waiting.append((name, message.text))
+            elif name in self._binary_names:
+                self._binaries.append(message)
             elif name in self._handlers:
                 try:
                     self._handlers[name](message.text)
@@ -203,6 +212,8 @@ class NodeComms(App):
                 self._pass_ack(text)
             else:
                 self._pass_message(text)
+        while self._binaries:
+            self._pass_binary(self._binaries.popleft())
         if self.settings.stale_time > 0.0:
             for name in self.ledger.drop_older_than(FORGET_FACTOR * self.settings.stale_time, self.now):
                 self.rules.forget(name)
@@ -300,6 +311,22 @@ class NodeComms(App):
         again = message.ack_id in self._acks_seen
         self._acks_seen.append(message.ack_id)
         return str(self.config.msg_repeat_color if again else self.config.msg_color)
+
+    def _pass_binary(self, message: Message) -> None:
+        source = message.community
+        sender = self.ledger.get(source)
+        if sender is None:
+            self._drop("binary", "unknown source")
+            return
+        for receiver in self.ledger:
+            if receiver.name == source:
+                continue
+            reason = self.rules.message_passes(source, sender, receiver.name, receiver, self.now)
+            if reason:
+                self._drop("binary", reason)
+                continue
+            self.post(message._replace(name=f"{message.name}_{receiver.name.upper()}"))
+            self.passed["compact message"] += 1
 
     def _pass_ack(self, text: str) -> None:
         try:

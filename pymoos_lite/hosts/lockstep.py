@@ -23,10 +23,6 @@ from pymoos_lite.hosts.network import SimulatedNetwork
 from pymoos_lite.hosts.plan import CommunityPlan, warm_up
 
 
-BRIDGE = "pShare"
-"""A community that runs it is one of a fleet."""
-
-
 def launch_delay(community: str, app: str) -> float:
     """Seconds, less than one, after which an app of a fleet begins to tick.
 
@@ -45,8 +41,6 @@ class Community:
     database: Database
     runners: list[AppRunner] = field(default_factory=list)
     mail_driven: list[tuple[int, AppRunner]] = field(default_factory=list)
-    in_fleet: bool = False
-    """Its apps begin to tick at different times; see `launch_delay`."""
 
     def app(self, name: str) -> App:
         """The running app of that name.
@@ -64,7 +58,8 @@ class Lockstep:
     """Runs communities in lockstep; see the module.
 
     `log_dir` is where loggers write; `seed` feeds every app's random numbers. `network` carries
-    datagrams between communities, by default with little delay and no loss.
+    datagrams between communities, by default with little delay and no loss. With `stagger` the apps
+    do not all tick in the same instant (see `launch_delay`), as those of a fleet never do.
     """
 
     def __init__(
@@ -73,7 +68,9 @@ class Lockstep:
         log_dir: Path | None = None,
         clock: VirtualClock | None = None,
         network: SimulatedNetwork | None = None,
+        stagger: bool = False,
     ) -> None:
+        self.stagger = stagger
         self.clock = clock or VirtualClock()
         self.network = network or SimulatedNetwork(self.clock, seed)
         self.seed = seed
@@ -97,7 +94,6 @@ class Lockstep:
         """
         warm_up(plan)
         community = self.add_community(plan.community or "community")
-        community.in_fleet = BRIDGE in plan.app_names
         names = tuple(plan.app_names)
         for app_plan in plan.apps:
             self.add_app(
@@ -138,7 +134,7 @@ class Lockstep:
         """Make and start an app; None (and an entry in `failures`) if it does not start."""
         try:
             runner = AppRunner(cls(context))
-            delay = launch_delay(community.name, context.name) if community.in_fleet else 0.0
+            delay = launch_delay(community.name, context.name) if self.stagger else 0.0
             runner.start(self.clock.now(), delay)
         except Exception as error:
             self._failed(community, context.name, error, "start-up")

@@ -383,9 +383,9 @@ class RemoteClient:
         end = wall + timeout
         while not mail and wall < end:
             self.endpoint.wait(min(end, self.session.next_deadline()) - wall)
-            self._turn()
-            mail = self.session.take_mail()
             wall = self.clock.wall()
+            self._take_in(wall)
+            mail = self.session.take_mail()
         return mail
 
     def flush(self, timeout: float = 0.0) -> bool:
@@ -412,13 +412,16 @@ class RemoteClient:
 
     def _turn(self) -> None:
         wall = self.clock.wall()
-        session = self.session
         if wall - self._turned < _PAUSE:
             # What was posted leaves first. After a pause, though, the signs of life that came
             # meanwhile must be heard before the session may judge silence.
-            self.endpoint.send_to_peer(session.datagrams(wall))
-        self._turned = wall
+            self.endpoint.send_to_peer(self.session.datagrams(wall))
         self._unsent_posts = 0
+        self._take_in(wall)
+
+    def _take_in(self, wall: float) -> None:
+        session = self.session
+        self._turned = wall
         for datagram, _ in self.endpoint.receive():
             session.receive(datagram, wall)
         if self.endpoint.unreachable:

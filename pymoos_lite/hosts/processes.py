@@ -16,6 +16,9 @@ from pymoos_lite.hosts.ports import PortError, RemoteClient
 from pymoos_lite.hosts.realtime import RESTART_DELAY, HostOptions
 from pymoos_lite.hosts.remote import DATABASE, RemoteConnection
 
+PREDECESSOR = 8.0
+"""Wall seconds that an app started again bears its name being in use: a killed one holds it for a while."""
+
 DATABASE_START = 20.0
 """Wall seconds within which the database must say that it listens."""
 
@@ -95,7 +98,7 @@ class ProcessHost:
             self._note(exit)
         for entry in [e for e in self._restarts if e[0] <= self.clock.wall()]:
             self._restarts.remove(entry)
-            self._spawn(entry[1])
+            self._spawn(entry[1], patience=PREDECESSOR)
             self.tell(f"{entry[1]} was started again")
 
     def close(self) -> None:
@@ -109,12 +112,13 @@ class ProcessHost:
 
     # --- inside ------------------------------------------------------------------------------
 
-    def _spawn(self, name: str) -> None:
+    def _spawn(self, name: str, patience: float = 0.0) -> None:
         host, port = self.address
         order = {
             "mission": self._mission,
             "settings": self._settings,
             "app": name,
+            "patience": patience,
             "host": host,
             "port": port,
             "warp": self.clock.warp,

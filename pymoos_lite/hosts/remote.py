@@ -17,6 +17,7 @@ from typing import Any
 
 from pymoos_lite.app import AppContext, AppRunner, Quit
 from pymoos_lite.core.client_session import (
+    ClientLimits,
     Disconnected,
     QueueFull,
     Refused,
@@ -135,9 +136,11 @@ class RemoteHost:
         address: tuple[str, int],
         clock: RealClock,
         key: str | None = None,
+        patience: float = 0.0,
     ) -> None:
         self.clock = clock
-        self.client = RemoteClient(app.name, *address, key, clock=clock)
+        limits = ClientLimits(clash_patience=patience)
+        self.client = RemoteClient(app.name, *address, key, clock=clock, limits=limits)
         self.connection = RemoteConnection(self.client)
         self.stopping = False
         self._make = make
@@ -185,9 +188,16 @@ class RemoteHost:
 
 
 def run_app(
-    plan: CommunityPlan, app: AppPlan, options: HostOptions, address: tuple[str, int], clock: RealClock
+    plan: CommunityPlan,
+    app: AppPlan,
+    options: HostOptions,
+    address: tuple[str, int],
+    clock: RealClock,
+    patience: float = 0.0,
 ) -> RemoteHost:
     """A host for one app of `plan` against the database at `address`.
+
+    For `patience` wall seconds a name in use is no refusal: a killed predecessor may still hold it.
 
     Raises:
         PortError: the host is unknown.
@@ -200,6 +210,7 @@ def run_app(
         address,
         clock,
         options.key,
+        patience,
     )
 
 
@@ -222,7 +233,7 @@ def main() -> int:
         if name == DATABASE:
             return _serve_database(RealtimeHost(plan, options, clock, _say))
         app = next(a for a in plan.apps if a.name == name)
-        host = run_app(plan, app, options, (order["host"], order["port"]), clock)
+        host = run_app(plan, app, options, (order["host"], order["port"]), clock, order["patience"])
         stop_with_stdin(host.stop)
         host.run()
     except RefusedError as refusal:

@@ -6,6 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from pymoos_lite.hosts.plan import CommunityPlan
 from pymoos_lite.tools.mission import (
     MissionError,
     add_mission_arguments,
@@ -33,6 +34,7 @@ def run(args: argparse.Namespace) -> int:
     problems = [*plan.problems, *deeper_problems(plan)]
     for problem in problems:
         print(problem)
+    print(explanations(plan), end="")
     bad = [p for p in problems if args.strict or p.severity == "error"]
     apps = ", ".join(plan.app_names) or "no apps"
     warnings = len(problems) - len([p for p in problems if p.severity == "error"])
@@ -55,9 +57,23 @@ def _check_fleet(args: argparse.Namespace) -> int:
             print(error, file=sys.stderr)
             return 1
         problems = [*plan.problems, *deeper_problems(*(member.plan for member in plan.members))]
+        explained = explanations(*(member.plan for member in plan.members))
     for problem in problems:
         print(problem)
+    print(explained, end="")
     errors = len([p for p in problems if p.severity == "error"])
     names = ", ".join(member.name for member in plan.members) or "nothing"
     print(f"{fleet.file}: {errors} errors, {len(problems) - errors} warnings; would run {names}")
     return 1 if errors or (args.strict and problems) else 0
+
+
+def explanations(*plans: CommunityPlan) -> str:
+    """What apps say of themselves; said once by all who would say the same."""
+    said: dict[tuple[str, str], list[str]] = {}
+    for plan in plans:
+        blocks = {app.program.lower(): app.lines for app in plan.apps}
+        for app in plan.apps:
+            text = app.cls.explain_block(app.lines, plan.mission_dir, blocks)
+            if text:
+                said.setdefault((app.name, text), []).append(plan.community)
+    return "".join(f"{name} of {', '.join(who)}\n\n{text}\n\n" for (name, text), who in said.items())

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 COMMANDS: dict[str, tuple[str, str]] = {
     "launch": ("pymoos_lite.tools.launch", "run a mission in real time (warped if asked)"),
     "sim": ("pymoos_lite.tools.sim", "run a mission in lockstep, as fast as the processor allows"),
+    "monte": ("pymoos_lite.tools.monte", "run a study: many seeded runs of a mission, and what they say"),
     "check": ("pymoos_lite.tools.check", "say everything that is wrong with a mission, without running it"),
     "fleet": ("pymoos_lite.tools.fleet_command", "deploy, return, station or pause a running fleet"),
     "scope": ("pymoos_lite.tools.scope", "watch the variables of a running community"),
@@ -21,6 +22,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "log": ("pymoos_lite.tools.log_tools", "grep, scan and plot log files"),
     "helm": ("ivp_helm.helm_tool", "explain the helm's decisions, live or from a log"),
     "ivp": ("ivp_helm.ivp_tool", "draw objective functions and their sum"),
+    "bloom": ("missions.bloom.figures_tool", "draw the bloom mission, from logs or a study's results"),
     "opinion": ("opinion_engine.opinion_tool", "predict and draw opinion dynamics"),
     "nsplug": ("pymoos_lite.tools.nsplug", "expand the macros of a mission file"),
     "list": ("pymoos_lite.tools.catalog", "list apps, behaviours or missions"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import inspect
 import sys
+from pathlib import Path
 
 from pymoos_lite.config import registry
 from pymoos_lite.config.parameters import Declaration, describe
@@ -13,10 +14,17 @@ from pymoos_lite.config.problems import did_you_mean
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", nargs="?", help="an app or behaviour, e.g. uTimerScript or BHV_Loiter")
+    parser.add_argument(
+        "--write", type=Path, metavar="DIR", help="write a page of every app and behaviour into a folder"
+    )
     parser.add_argument("--example", action="store_true", help="print a block to paste into a mission file")
 
 
 def run(args: argparse.Namespace) -> int:
+    if args.write is not None:
+        count = write_reference(args.write)
+        print(f"{count} pages in {args.write}")
+        return 0
     if not args.name:
         from pymoos_lite.tools.cli import usage
 
@@ -40,6 +48,26 @@ def run(args: argparse.Namespace) -> int:
     hint = did_you_mean(args.name, names)
     print(f"pymoos help: there is no app or behavior '{args.name}'{hint}", file=sys.stderr)
     return 1
+
+
+def write_reference(folder: Path) -> int:
+    """Write one Markdown page per app and behaviour, and an index; returns how many pages."""
+    folder.mkdir(parents=True, exist_ok=True)
+    index = ["# Reference", "", "Made by `pymoos help --write`; each page is what `pymoos help NAME` prints."]
+    count = 0
+    for table, noun in ((registry.apps(), "app"), (registry.behaviors(), "behavior")):
+        index += ["", f"## {noun.capitalize()}s", ""]
+        for entry in sorted(table, key=lambda e: e.name.lower()):
+            if entry.host:
+                index.append(f"- {entry.name}: {entry.doc}")
+                continue
+            text = page(entry.name, registry.load_target(entry.target), noun)
+            path = folder / f"{entry.name}.md"
+            path.write_text(f"# {entry.name}\n\n```text\n{text}\n```\n", encoding="utf-8")
+            index.append(f"- [{entry.name}]({path.name}): {entry.doc}")
+            count += 1
+    (folder / "index.md").write_text("\n".join(index) + "\n", encoding="utf-8")
+    return count
 
 
 def page(name: str, cls: type, noun: str) -> str:

@@ -238,3 +238,33 @@ class DatabaseMachine(RuleBasedStateMachine):
 
 TestDatabaseMachine = DatabaseMachine.TestCase
 TestDatabaseMachine.settings = settings(max_examples=60, stateful_step_count=30, deadline=None)
+
+
+def test_variables_are_bounded_and_one_too_many_is_refused_visibly():
+    db = Database("alpha", 0.0, max_variables=10)
+    mailbox = db.connect("flood", 0.0)
+    db.register("flood", "DB_EVENT", 0.0)
+    refusals = [db.publish("flood", message(f"V{i}", 1.0, source="flood"), 1.0) for i in range(100)]
+    assert sum(r is not None for r in refusals) >= 90
+    assert "has 10 variables already" in str(refusals[-1])
+    assert db.publish("flood", message("V0", 2.0), 2.0) is None
+    assert len([v for _, v in named(mailbox, "DB_EVENT") if "limit=10" in v]) == 1
+    with pytest.raises(ValueError, match="10 variables already"):
+        db.register("flood", "ANOTHER", 3.0)
+    assert len(list(db.records())) <= 12
+
+
+@pytest.mark.parametrize(("value", "time"), [(1, 0.0), (None, 0.0), (1.0, 1)])
+def test_a_value_or_time_of_a_foreign_type_is_a_programming_error(db, value, time):
+    with pytest.raises(TypeError, match="a value is float, str or bytes"):
+        db.publish("pub", Message("FRESH", value, time, "pub"), 0.0)
+
+
+def test_a_client_that_comes_back_is_again_a_publisher_of_what_it_posts():
+    db = Database("alpha", 0.0)
+    for now in (1.0, 2.0):
+        db.connect("gps", now)
+        db.publish("gps", message("NAV_X", now, source="gps"), now)
+        db.publish("gps", message("NAV_X", now, source="gps"), now)
+        assert db.published_by("gps") == ["NAV_X"]
+        db.disconnect("gps", now)

@@ -437,6 +437,11 @@ def test_with_patience_a_successor_waits_until_its_killed_predecessor_is_missed(
     assert town.now > 4.0
 
 
+def test_a_name_that_is_no_text_is_refused_on_the_spot() -> None:
+    with pytest.raises(ValueError, match="must be text"):
+        Town().add("\ud800")
+
+
 @pytest.mark.parametrize("name", ["", "x" * 129, "new\nline"])
 def test_an_unacceptable_name_is_refused_with_what_would_be_right(name: str) -> None:
     town = Town()

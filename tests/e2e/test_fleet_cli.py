@@ -115,6 +115,54 @@ def test_a_launched_fleet_obeys_commands_to_some_and_to_all_and_ends_in_an_order
     assert all(p.read_text().strip() for p in (tmp_path / "logs").rglob("*.alog"))
 
 
+@pytest.mark.slow
+def test_the_classic_way_one_launch_per_community_from_templates_by_nsplug_works_as_well(tmp_path):
+    base = free_port()
+    shared = [
+        "WARP=10",
+        "LAT_ORIGIN=43.8253",
+        "LONG_ORIGIN=-70.3304",
+        "COMMS_RANGE=500",
+        f"SHORE_PSHARE={base + 200}",
+    ]
+    running = []
+    clock = RealClock(10.0)
+    try:
+        for i, (name, template) in enumerate(
+            (("shoreside", "meta_shoreside"), ("abe", "meta_vehicle"), ("ben", "meta_vehicle"))
+        ):
+            own = [
+                f"VNAME={name}",
+                f"MOOS_PORT={base + i}",
+                f"PSHARE_PORT={base + 200 + i}",
+                "COLOR=red",
+                f"START_POS=x={20 * i},y=0",
+            ]
+            result = pymoos(
+                "nsplug", DATA / f"{template}.moos", f"targ_{name}.moos", "-f", *shared, *own, cwd=tmp_path
+            )
+            assert result.returncode == 0, result.stderr
+            running.append(
+                subprocess.Popen([*PYMOOS, "launch", f"targ_{name}.moos", "--quiet"], cwd=tmp_path)
+            )
+        clients = [RemoteClient("watcher", LOOPBACK, base + i, clock=clock) for i in (1, 2)]
+        for client in clients:
+            client.register("NODE_REPORT")
+        heard: list[set[str]] = [set(), set()]
+        end = time.monotonic() + 60.0
+        while heard != [{"ben"}, {"abe"}]:
+            assert time.monotonic() < end, heard
+            for names, client in zip(heard, clients, strict=True):
+                names.update(m.value.partition(",")[0].removeprefix("NAME=") for m in client.poll(0.05))
+        for client in clients:
+            client.close(0.1)
+    finally:
+        for process in running:
+            process.terminate()
+        statuses = [process.wait(60) for process in running]
+    assert statuses == [0, 0, 0]
+
+
 def test_the_display_tells_who_is_silent_and_what_is_warned_of(capsys):
     from pymoos_lite.core.message import Message
     from pymoos_lite.records.appcast import AppCast

@@ -75,6 +75,7 @@ def test_a_second_app_of_one_name_is_refused_and_exits_with_an_error(fleet, miss
         "key": None,
         "log_dir": None,
         "seed": None,
+        "patience": 0.0,
         "share_bind": "127.0.0.1",
     }
     second = subprocess.Popen(

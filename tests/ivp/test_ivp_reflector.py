@@ -17,6 +17,7 @@ from ivp_helm.ivp import (
     Domain,
     IvPError,
     Region,
+    fit_kernels,
     join_build_info,
     parse_build_info,
     rate,
@@ -332,3 +333,54 @@ class TestBuildInfo:
                 reflect(PLANE, bowl, **options)  # type: ignore[arg-type]
         with pytest.raises(IvPError, match="more than 5000000"):
             reflect(Domain.parse("x,0,9999,10000:y,0,9999,10000"), bowl, uniform_piece=(1, 1))
+
+
+def obvious_fit(low: Any, high: Any, values: Any, degree: int, strict: bool) -> tuple[list[float], float]:
+    """The regression of ivp_math.md 6.4, sentence by sentence; `values` is a table over all points."""
+    dims = len(low)
+    corners = [tuple(high[d] if (c >> d) & 1 else low[d] for d in range(dims)) for c in range(2**dims)]
+    samples = list(corners)
+    if any(b - a >= 2 for a, b in zip(low, high, strict=True)):
+        samples.append(tuple(a + (b - a) // 2 for a, b in zip(low, high, strict=True)))
+    f = [float(values[s]) for s in samples]
+    if degree == 0:
+        mean = sum(f) / len(f)
+        return [0.0] * dims + [mean], sum((x - mean) ** 2 for x in f[: len(corners)]) ** 0.5
+    slopes = []
+    for d in range(dims):
+        rises = [
+            f[corners.index((*c[:d], high[d], *c[d + 1 :]))] - f[i]
+            for i, c in enumerate(corners)
+            if not (i >> d) & 1
+        ]
+        slopes.append(0.0 if low[d] == high[d] else sum(rises) / len(rises) / (high[d] - low[d]))
+    plane = [sum(s * x for s, x in zip(slopes, sample, strict=True)) for sample in samples]
+    intercept = sum(x - p for x, p in zip(f, plane, strict=True)) / len(f)
+    if strict:
+        intercept = min(intercept, *(max(f) - p for p in plane))
+        intercept = max(intercept, *(min(f) - p for p in plane))
+    residuals = [x - p - intercept for x, p in zip(f, plane, strict=True)]
+    return [*slopes, intercept], sum(r * r for r in residuals) ** 0.5 / len(f)
+
+
+@given(ivp.domains(max_variables=3), st.integers(0, 2**31), st.integers(0, 1), st.booleans())
+@settings(max_examples=80, deadline=None)
+def test_the_fit_of_one_piece_is_the_written_one(
+    domain: Domain, seed: int, degree: int, strict: bool
+) -> None:
+    rng = np.random.default_rng(seed)
+    values = rng.uniform(-9, 20, domain.points)
+    low = np.array([rng.integers(0, p) for p in domain.points])
+    high = np.array([rng.integers(a, p) for a, p in zip(low, domain.points, strict=True)])
+    box = fit_kernels.sample_points(low[None], high[None], np.zeros(len(domain)), np.ones(len(domain)))
+    sampled = values[tuple(box.astype(int))]
+    coef = np.empty(len(domain) + 1)
+    error = fit_kernels.fit(low, high, sampled, degree, strict, coef)
+    # a corner that stands for two (an edge of one point) is sampled twice, as the reference counts it
+    expected, expected_error = obvious_fit(low.tolist(), high.tolist(), values, degree, strict)
+    if (high > low).all():
+        np.testing.assert_allclose(coef, expected, rtol=1e-9, atol=1e-9)
+        assert error == pytest.approx(expected_error, rel=1e-9, abs=1e-9)
+    assert fit_kernels.fit.py_func(low, high, sampled, degree, strict, coef) == pytest.approx(
+        error, abs=1e-12
+    )

@@ -250,3 +250,24 @@ def test_many_functions_and_threads_share_no_workspace() -> None:
     with ThreadPoolExecutor(4) as pool:
         decisions = [s.decision[0] for s in pool.map(one, range(0, 360, 7))]
     assert decisions == [float(i) for i in range(0, 360, 7)]
+
+
+@given(st.integers(1, 2**31), st.integers(66_000, 150_000))
+@settings(max_examples=15, deadline=None)
+def test_a_variable_of_many_points_is_searched_exactly(seed: int, points: int) -> None:
+    rng = np.random.default_rng(seed)
+    domain = Domain.parse(f"x,0,{points - 1},{points}")
+    functions = []
+    for _ in range(3):
+        cuts = np.unique(rng.integers(0, points, rng.integers(1, 40)))
+        low, high = np.concatenate(([0], cuts + 1)), np.concatenate((cuts, [points - 1]))
+        keep = low <= high
+        low, high = low[keep], high[keep]
+        slopes = rng.normal(size=len(low)) / points
+        coef = np.column_stack((slopes, rng.uniform(0, 50, len(low))))
+        functions.append(IvPFunction(domain, low[:, None], high[:, None], coef))
+    s = solve(domain, functions, method="search")
+    oracle = solve_exhaustive(domain, functions)
+    assert s.indexes == oracle.indexes
+    assert s.value == pytest.approx(oracle.value, rel=1e-12)
+    ivp.certify(s, domain, functions)

@@ -16,6 +16,7 @@ from pymoos_lite.core import frames
 from pymoos_lite.core.assembly import frame_record
 from pymoos_lite.core.clock import RealClock
 from pymoos_lite.core.database import Database
+from pymoos_lite.core.frames import COOKIE_BYTES
 from pymoos_lite.core.message import Message
 from pymoos_lite.hosts.ports import DatabaseServer, RemoteClient, UdpEndpoint
 
@@ -36,20 +37,22 @@ def noise_behind_a_header(rng: random.Random, corpus: list[bytes]) -> bytes:
 
 def any_array(rng: random.Random, corpus: list[bytes]) -> bytes:
     def anything(depth: int = 0) -> object:
-        return rng.choice(
-            [
-                None,
-                rng.random() < 0.5,
-                rng.randrange(-(2**63), 2**64),
-                rng.randrange(40),
-                rng.uniform(-1e9, 1e9),
-                float("nan"),
-                rng.randbytes(rng.choice((0, 8, 16, 24, 64))),
-                "name"[: rng.randrange(5)],
-                [] if depth > 3 else [anything(depth + 1) for _ in range(rng.randrange(4))],
-                {} if depth > 3 else {rng.randrange(9): anything(depth + 1)},
-            ]
+        kind = rng.randrange(12 if depth < 3 else 9)
+        if kind >= 9:
+            content = [anything(depth + 1) for _ in range(rng.randrange(4))]
+            return content if kind < 11 else {rng.randrange(9): content}
+        simple: tuple[Callable[[], object], ...] = (
+            lambda: None,
+            lambda: rng.random() < 0.5,
+            lambda: rng.randrange(-(2**63), 2**64),
+            lambda: rng.randrange(40),
+            lambda: rng.uniform(-1e9, 1e9),
+            lambda: float("nan"),
+            lambda: rng.randbytes(rng.choice((0, 8, 16, 24, 64))),
+            lambda: rng.randbytes(COOKIE_BYTES),
+            lambda: "name"[: rng.randrange(5)],
         )
+        return simple[kind]()
 
     array = [rng.randrange(11), *(anything() for _ in range(rng.randrange(9)))]
     return rng.choice(corpus)[:9] + msgpack.packb(array)

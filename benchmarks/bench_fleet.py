@@ -1,0 +1,129 @@
+"""How fast a whole fleet runs in lockstep, and which app the time goes to.
+
+    python benchmarks/bench_fleet.py                    # 8 vessels of berta with a profile per app, and the curve
+    python benchmarks/bench_fleet.py --curve 1 2 4 8 --duration 120 --repeat 3
+
+Times are CPU seconds of this process (one core), so that other work on the machine matters less. The
+profile times every step of every app, which costs a little itself: its shares are to be read, not its sum.
+The baseline is real time: on the reference stack a vessel-second of this kind of mission costs 24 ms of CPU
+with one contact and 45 ms with seven (one core of a server machine of 2023; to be compared on like machines).
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import tempfile
+import time
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from pymoos_lite.app.runner import AppRunner
+from pymoos_lite.hosts.fleet import add_fleet, deploy_in_lockstep, find_fleet, load_fleet, plan_fleet
+from pymoos_lite.hosts.lockstep import Lockstep
+
+REFERENCE_MS = {1: 24.0, 7: 45.0}
+"""CPU milliseconds per vessel-second of the reference stack, by number of contacts."""
+
+SETTLE = 60.0
+"""Mission seconds before timing begins: compilation, discovery and deployment are then over."""
+
+
+def host_of(mission: str, vehicles: int, seed: int, folder: Path) -> Lockstep:
+    """A fleet that has been discovered and deployed."""
+    path = find_fleet(mission)
+    plan = plan_fleet(load_fleet(path, vehicles, seed), path.resolve().parent, folder, warp=1.0)
+    if plan.errors:
+        raise SystemExit("\n".join(map(str, plan.errors)))
+    host = Lockstep(seed, folder, stagger=True)
+    add_fleet(host, plan)
+    deploy_in_lockstep(host, plan)
+    host.run(SETTLE)
+    return host
+
+
+def cpu_seconds(host: Lockstep, duration: float) -> float:
+    """CPU time of `duration` mission seconds."""
+    began = time.process_time()
+    host.run(duration)
+    return time.process_time() - began
+
+
+@contextmanager
+def profiled() -> Iterator[dict[str, list[float]]]:
+    """Times of all steps, in seconds, by name of the app."""
+    times: dict[str, list[float]] = defaultdict(list)
+    plain = AppRunner.step
+
+    def step(self: AppRunner, now: float) -> None:
+        began = time.perf_counter()
+        try:
+            plain(self, now)
+        finally:
+            times[self.name].append(time.perf_counter() - began)
+
+    AppRunner.step = step  # type: ignore[method-assign]
+    try:
+        yield times
+    finally:
+        AppRunner.step = plain  # type: ignore[method-assign]
+
+
+def profile(mission: str, vehicles: int, duration: float, seed: int) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        host = host_of(mission, vehicles, seed, Path(folder))
+        with profiled() as times:
+            host.run(duration)
+        host.stop()
+    total = sum(map(sum, times.values()))
+    per = 1000.0 / (duration * vehicles)
+    print(f"\nper app, {vehicles} vessels, {duration:g} mission seconds")
+    print(f"{'app':<22}{'share':>7}{'ms/vessel-s':>13}{'steps/vessel-s':>16}{'median us':>11}")
+    for name, found in sorted(times.items(), key=lambda item: -sum(item[1])):
+        rate = len(found) / (duration * vehicles)
+        middle = statistics.median(found) * 1e6
+        print(f"{name:<22}{sum(found) / total:>7.1%}{sum(found) * per:>13.4f}{rate:>16.1f}{middle:>11.1f}")
+
+
+def curve(mission: str, sizes: list[int], duration: float, repeat: int, seed: int) -> None:
+    print(
+        f"\n{'vessels':>8}{'times real time':>17}{'ms/vessel-s':>13}{'reference':>11}{'ratio':>7}   best of {repeat}"
+    )
+    for vehicles in sizes:
+        best = float("inf")
+        with tempfile.TemporaryDirectory() as folder:
+            host = host_of(mission, vehicles, seed, Path(folder))
+            for _ in range(repeat):
+                best = min(best, cpu_seconds(host, duration))
+            failures = host.failures
+            host.stop()
+        if failures:
+            raise SystemExit("\n".join(map(str, failures)))
+        each = best * 1000.0 / (duration * vehicles)
+        known = REFERENCE_MS.get(vehicles - 1)
+        compared = f"{known:>11.0f}{known / each:>7.1f}" if known else f"{'':>18}"
+        print(f"{vehicles:>8}{duration / best:>17.0f}{each:>13.3f}{compared}")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--mission", default="berta", help="a fleet (default berta)")
+    parser.add_argument("--vehicles", type=int, default=8, help="vessels of the profile")
+    parser.add_argument("--duration", type=float, default=120.0, help="mission seconds timed")
+    parser.add_argument("--repeat", type=int, default=3, help="take the best of so many stretches")
+    parser.add_argument(
+        "--curve", type=int, nargs="*", default=[1, 2, 4, 8, 16, 32, 64], help="sizes of fleets"
+    )
+    parser.add_argument("--seed", type=int, default=1)
+    args = parser.parse_args()
+    profile(args.mission, args.vehicles, args.duration, args.seed)
+    if args.curve:
+        curve(args.mission, args.curve, args.duration, args.repeat, args.seed)
+
+
+if __name__ == "__main__":
+    main()
