@@ -81,6 +81,8 @@ class Loiter(Behavior):
         self._turned = 0.0
         self._shape_key: tuple[object, ...] = ()
         self._shape_text = self._erase_text = ""
+        self._point_key: tuple[object, ...] = ()
+        self._point_text = ""
         self._point_label = f"{self.community}_waypoint"
         self._shown: XY = (0.0, 0.0)
         """The vertex drawn last."""
@@ -342,6 +344,14 @@ class Loiter(Behavior):
             return
         self._write_shape()
         self.post("VIEW_POLYGON", self._shape_text)
+        self._shown = self.engine.current
+        key = (self._shown, self.hints)
+        if self._point_key != key:
+            self._point_key = key
+            self._point_text = self._write_point()
+        self.post("VIEW_POINT", self._point_text)
+
+    def _write_point(self) -> str:
         hints = self.hints
         looks = Attributes(
             label=self._point_label,
@@ -349,8 +359,7 @@ class Loiter(Behavior):
             vertex_color=hints.color("color", "nextpt"),
             vertex_size=hints.size("vertex_size", "nextpt"),
         )
-        self._shown = self.engine.current
-        self.post("VIEW_POINT", point_text(Point(*self._shown, attributes=looks)))
+        return point_text(Point(*self._shown, attributes=looks))
 
     def _erase(self) -> None:
         if not self.visuals or self.polygon is None:

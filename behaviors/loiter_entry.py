@@ -18,9 +18,7 @@ def entry_from_outside(polygon: Polygon, clockwise: bool, x: float, y: float) ->
     tangent that leaves the polygon on the inner side.
     """
     best, found = 0.0, -1
-    for i in range(len(polygon)):
-        if not polygon.vertex_is_viewable(i, x, y):
-            continue
+    for i in polygon.viewable_vertices(x, y):
         turn = _turn_at(polygon, i, x, y)
         if not clockwise:
             turn = -turn

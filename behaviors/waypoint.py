@@ -129,7 +129,9 @@ class Waypoint(Behavior):
 
     def set_visual_hints(self, text: str) -> None:
         # 'inactive' is no colour, but stock files use it to hide the path.
-        self.hints = self.hints.updated(text.replace("=inactive", "=invisible").replace("= inactive", "=invisible"))
+        self.hints = self.hints.updated(
+            text.replace("=inactive", "=invisible").replace("= inactive", "=invisible")
+        )
 
     def set_use_alt_speed(self, use: bool) -> None:
         self.config.__dict__["use_alt_speed"] = use

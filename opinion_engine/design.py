@@ -180,8 +180,7 @@ def _choose_times(
 
 
 def relation(couplings: Couplings, j: int, other: int) -> str:
-    """How two neighbours' opinions about option j and `other` bear on each other, from j's side (gcid.md 1).
-    """
+    """How two neighbours' opinions about option j and `other` bear on each other, from j's side (gcid.md 1)."""
     difference = couplings.heard[j, j] - couplings.heard[j, other]
     return "cooperative" if difference > 0.0 else "competitive" if difference < 0.0 else "indifferent"
 

@@ -67,9 +67,9 @@ double_of: Any = intrinsic(_double_of)
 """double_of(bits): the double with these 64 bits."""
 
 sum_rows4: Any = intrinsic(_row_summer(4))
-"""sum_rows4(z, rows, first, last, out, place): out[place] = sum of z[rows[e]] for first <= e < last.
+"""sum_rows4(z, rows, first, last, out, place): row `place` of out = sum of the rows rows[e] of z, first <= e < last.
 
-z and out are (., 4) doubles in C order, rows uint32. Nothing is checked."""
+z and out are rows of 4 doubles, one after the other, rows uint32. Nothing is checked."""
 
 sum_rows8: Any = intrinsic(_row_summer(8))
 """As `sum_rows4`, for rows of 8."""

@@ -136,8 +136,7 @@ def _simplex_grid(axis: Any, low: float) -> None:
 
 
 def attention_figure(t: ArrayLike, u: ArrayLike, degree: ArrayLike, names: Sequence[str]) -> Figure:
-    """Attention above, number of contacts below, against time in minutes; t (T,) in s, u and degree (T, N).
-    """
+    """Attention above, number of contacts below, against time in minutes; t (T,) in s, u and degree (T, N)."""
     minutes = np.asarray(t, dtype=np.float64) / 60.0
     u, degree = np.asarray(u, dtype=np.float64), np.asarray(degree, dtype=np.float64)
     if u.shape != degree.shape or u.shape != (minutes.size, len(names)):
@@ -231,8 +230,7 @@ def basin_panel(axis: Any, extent: float, ends: Floats, marks: Sequence[tuple[fl
 def simplex_pixels(
     low: float, resolution: int
 ) -> tuple[Floats, np.ndarray, tuple[float, float, float, float]]:
-    """Cells over the simplex: triples (R, R, 3), which of them lie inside (R, R), and the box in the plane.
-    """
+    """Cells over the simplex: triples (R, R, 3), which of them lie inside (R, R), and the box in the plane."""
     corners = on_simplex(np.where(np.eye(3) == 1.0, -2.0 * low, low))
     (left, bottom), (right, top) = corners.min(axis=0), corners.max(axis=0)
     x = left + (np.arange(resolution) + 0.47) * (right - left) / resolution

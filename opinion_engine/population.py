@@ -131,8 +131,7 @@ class Population:
             raise OpinionError(f"{len(rows)} attention parameters for {k} kinds of agents")
         self._attention = np.array([a.row for a in rows])
         self._active, self._options = _active_arrays(active, n, n_o)
-        self._shared_input = np.ndim(inputs) < 2
-        self._inputs = self._project(finite_array("inputs", inputs, (1 if self._shared_input else n, n_o)))
+        self.set_inputs(inputs)
         self._links = links
         depth = 1 if links is None else links.stale + links.delay[1] + 1
         self._ring = self._states(depth + 1)  # one more than is read: the state being written
@@ -176,7 +175,8 @@ class Population:
     def set_inputs(self, inputs: ArrayLike) -> None:
         """New inputs from now on, (N, N_O) or what broadcasts to it."""
         rows = 1 if np.ndim(inputs) < 2 else self.n_agents
-        self._inputs = self._project(finite_array("inputs", inputs, (rows, self.n_options)))
+        b = self._project(finite_array("inputs", inputs, (rows, self.n_options)))
+        self._inputs = kernels.input_planes(b)
 
     def set_graph(self, graph: Graph) -> None:
         """Another graph from now on, of the same agents; delays are drawn anew for its links."""
@@ -295,9 +295,9 @@ class Population:
         run = kernels.sweep if self.n_agents >= _PARALLEL_FROM else kernels.sweep_serial
         graph = self.graph
         run(
-            method, dt, substeps, rates_only, graph.indptr, graph.indices, lag, history,
+            method, dt, substeps, rates_only, graph.indptr, graph.indices, lag, history.reshape(-1),
             head, u, self._inputs, self._active, self._options, self._kinds, self._own, self._neighbour,
-            self._resistance, self._attention, self._dynamic, self._uniform, z_next, u_next,
+            self._resistance, self._attention, self._dynamic, self._uniform, z_next.reshape(-1), u_next,
         )  # fmt: skip
 
     def _step_coupled(self, dt: float) -> None:

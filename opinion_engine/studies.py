@@ -57,8 +57,7 @@ def _ends(
 
 
 def pitchfork_study(seed: int = 1) -> Figure:
-    """Agreement, disagreement, three options, and the fold under attention feedback: predicted and simulated.
-    """
+    """Agreement, disagreement, three options, and the fold under attention feedback: predicted and simulated."""
     rng = np.random.default_rng(seed)
     made, axes = plots.figure(9.2, 7.6, 2, 2)
     n = EXAMPLE_AGENTS

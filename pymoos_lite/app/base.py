@@ -29,6 +29,8 @@ from pymoos_lite.config.problems import Problem
 from pymoos_lite.core.clock import Clock
 from pymoos_lite.core.message import Message, Value, as_value
 
+_new_tuple = tuple.__new__  # what Message(...) does, in a third of the time
+
 
 class Quit(Exception):
     """Raised by an app that is done; its host ends it without calling that a failure."""
@@ -209,9 +211,8 @@ class App:
         """
         kind = type(value)
         typed: Value = value if kind is float or kind is str else as_value(value)  # type: ignore[assignment]
-        message = Message(
-            name, typed, self.now if time is None else float(time), self.name, aux, self.community
-        )
+        stamp = self.now if time is None else float(time)
+        message = _new_tuple(Message, (name, typed, stamp, self.name, aux, self.community))
         return self.connection.publish(message)
 
     def post(self, message: Message) -> bool:

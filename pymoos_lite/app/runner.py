@@ -58,6 +58,7 @@ class AppRunner:
         max_rate = app.config.maxapptick
         self._min_gap = 1.0 / max_rate if max_rate > 0.0 else 0.0
         self._command = f"{app.name.upper()}_CMD" if app.config.catchcommandmessages else ""
+        self._special = frozenset({"APPCAST_REQ", "LOADCAST_REQ", self._command})
         self._sort = bool(app.config.sortmailbytime)
         self._was_connected = False
         self._next_iteration = self._anchor = 0.0
@@ -74,11 +75,11 @@ class AppRunner:
         """Whether the app wants its mail (and in mode 1 an iteration) before the next tick."""
         return self.mode != 0
 
-    def start(self, now: float) -> None:
-        """Run the app's start-up; what it raises is the host's to report."""
+    def start(self, now: float, delay: float = 0.0) -> None:
+        """Run the app's start-up; what it raises is the host's to report. Ticks begin after `delay` seconds."""
         app = self.app
         app.now = app.started = now
-        self._next_iteration = self._anchor = now
+        self._next_iteration = self._anchor = now + delay
         self._next_status = now
         context = app.context
         if not context.community:
@@ -165,6 +166,26 @@ class AppRunner:
 
     def _deliver(self, mail: list[Message]) -> None:
         app = self.app
+        kept = mail
+        special = self._special
+        for message in mail:
+            if message.name in special:
+                kept = self._take_special(mail)
+                if not kept:
+                    return
+                break
+        if self._sort and len(kept) > 1:
+            last = kept[0].time
+            for message in kept:
+                if message.time < last:
+                    kept.sort(key=_time_of)
+                    break
+                last = message.time
+        app.on_mail(kept)
+
+    def _take_special(self, mail: list[Message]) -> list[Message]:
+        """Act on requests and commands; returns the mail that is the app's own."""
+        app = self.app
         kept: list[Message] = []
         command = self._command
         for message in mail:
@@ -177,16 +198,7 @@ class AppRunner:
                 app.on_command(message)
             else:
                 kept.append(message)
-        if not kept:
-            return
-        if self._sort and len(kept) > 1:
-            last = kept[0].time
-            for message in kept:
-                if message.time < last:
-                    kept.sort(key=_time_of)
-                    break
-                last = message.time
-        app.on_mail(kept)
+        return kept
 
     def _iterate(self, now: float) -> None:
         app = self.app

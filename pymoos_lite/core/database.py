@@ -105,7 +105,18 @@ class Client:
 class Record:
     """One variable: its last message, type, writers and the ways to its subscribers."""
 
-    __slots__ = ("direct", "filtered", "kind", "last_writes", "message", "name", "rate", "received", "writes")
+    __slots__ = (
+        "direct",
+        "filtered",
+        "kind",
+        "last_writes",
+        "message",
+        "name",
+        "rate",
+        "received",
+        "writer",
+        "writes",
+    )
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -115,6 +126,8 @@ class Record:
         self.writes = 0
         self.last_writes = 0
         self.rate = 0.0
+        # The connected client that wrote last: nearly always the next one, and then known as a writer.
+        self.writer = ""
         # Subscribers of every post: just their mailboxes' append. All others go through a Route.
         self.direct: list[Callable[[Message], None]] = []
         self.filtered: dict[str, Route] = {}
@@ -263,29 +276,32 @@ class Database:
 
         Mail reaches one client in the order in which it arrives here.
         """
-        record = self._records.get(message.name)
+        name, value, _, _, _, community = message
+        record = self._records.get(name)
         if record is None:
             if len(self._records) >= self.max_variables and client != self.name:
-                return self._refuse(_one_too_many(message.name, client, self.max_variables), now)
-            record = self._record(message.name)
-        if type(message.value) is not record.kind:
+                return self._refuse(_one_too_many(name, client, self.max_variables), now)
+            record = self._record(name)
+        if type(value) is not record.kind:
             if record.kind is not None:
-                kind = type(message.value)
+                kind = type(value)
                 return self._refuse(_wrong_type(record.name, record.kind, kind, client), now)
-            if type(message.value) not in KIND_NAME or type(message.time) is not float:
+            if type(value) not in KIND_NAME or type(message.time) is not float:
                 raise TypeError(
                     f"{client} posted {message!r}: a value is float, str or bytes, a time is float"
                 )
-            record.kind = type(message.value)
-        if not message.community:
+            record.kind = type(value)
+        if not community:
             message = message._replace(community=self.community)
         record.message = message
         record.received = now
         record.writes += 1
         self.statistics.accepted += 1
-        writer = self._clients.get(client)
-        if writer is not None:
-            writer.published[message.name] = None
+        if record.writer != client:
+            writer = self._clients.get(client)
+            if writer is not None:
+                writer.published[name] = None
+                record.writer = client
         for append in record.direct:
             append(message)
         if record.filtered:
@@ -386,6 +402,7 @@ class Database:
 
     def _rebuild_all_routes(self) -> None:
         for record in self._records.values():
+            record.writer = ""
             self._rebuild_routes(record)
 
     def _rebuild_routes(self, record: Record) -> None:

@@ -16,10 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 from pymoos_lite.geometry.angles import (
     angle360,
     bearing,
-    is_aft,
-    is_fore,
-    is_port,
-    is_star,
     unit_vector,
 )
 
@@ -82,11 +78,17 @@ class CpaEngine:
         self._cvx, self._cvy = self.cnv * ux, self.cnv * uy
         self.range = math.hypot(self._px, self._py)
         self.bng_os_cn = bearing(osx, osy, cnx, cny)
-        self.bng_cn_os = bearing(cnx, cny, osx, osy)
-        self.os_fore_of_cn = is_fore(cnx, cny, self.cnh, osx, osy)
-        self.os_aft_of_cn = is_aft(cnx, cny, self.cnh, osx, osy)
-        self.os_port_of_cn = is_port(cnx, cny, self.cnh, osx, osy)
-        self.os_star_of_cn = is_star(cnx, cny, self.cnh, osx, osy)
+        around = self.bng_cn_os = bearing(cnx, cny, osx, osy)
+        # What is_fore, is_aft, is_port and is_star answer, from one bearing instead of four: this runs for
+        # every contact of every vessel in every helm iteration.
+        if cnx == osx and cny == osy:
+            self.os_fore_of_cn = self.os_aft_of_cn = self.os_port_of_cn = self.os_star_of_cn = False
+        else:
+            off_bow = angle360(around - self.cnh)
+            self.os_fore_of_cn = off_bow <= 90.0 or off_bow >= 270.0
+            self.os_aft_of_cn = 90.0 <= off_bow <= 270.0
+            self.os_port_of_cn = off_bow >= 180.0
+            self.os_star_of_cn = off_bow <= 180.0
         # Distances of own ship from the contact's bow-stern line and from its beam line.
         self.gamma = abs(self._px * uy - self._py * ux)
         self.epsilon = abs(self._px * ux + self._py * uy)

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
-from math import hypot
 
 from pymoos_lite.geometry.angles import angle360, is_aft, is_fore, is_port, is_star
 from pymoos_lite.geometry.cpa import CpaEngine
@@ -22,11 +21,11 @@ CPA_HORIZON = 120.0
 DEPTH = 5
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class RelativeState:
     """Own ship (os) and a contact (cn) at one instant: positions, headings in degrees, speeds in m/s.
 
-    Everything derived is computed when first asked for. "passes" is about the other's beam line, "crosses"
+    Most of what is derived is computed when first asked for. "passes" is about the other's beam line, "crosses"
     about the line through its bow and stern, both as behaviors.md A7 defines them, for the present
     courses and speeds.
     """
@@ -39,21 +38,41 @@ class RelativeState:
     cny: float
     cnh: float
     cnv: float
+    engine: CpaEngine = field(init=False, repr=False, compare=False)
+    """The encounter with the contact as contact."""
+    range: float = field(init=False, repr=False, compare=False)
+    """Distance between the two, metres."""
 
-    @cached_property
-    def engine(self) -> CpaEngine:
-        """The encounter with the contact as contact."""
-        return CpaEngine(self.cnx, self.cny, self.cnh, self.cnv, self.osx, self.osy)
+    def __init__(
+        self,
+        osx: float,
+        osy: float,
+        osh: float,
+        osv: float,
+        cnx: float,
+        cny: float,
+        cnh: float,
+        cnv: float,
+    ) -> None:
+        # By its dictionary: one for every contact of every vessel in every helm iteration.
+        engine = CpaEngine(cnx, cny, cnh, cnv, osx, osy)
+        self.__dict__.update(
+            osx=osx,
+            osy=osy,
+            osh=osh,
+            osv=osv,
+            cnx=cnx,
+            cny=cny,
+            cnh=cnh,
+            cnv=cnv,
+            engine=engine,
+            range=engine.range,
+        )
 
     @cached_property
     def mirror(self) -> CpaEngine:
         """The encounter as the contact sees it: own ship as its contact."""
         return CpaEngine(self.osx, self.osy, self.osh, self.osv, self.cnx, self.cny)
-
-    @cached_property
-    def range(self) -> float:
-        """Distance between the two, metres."""
-        return hypot(self.osx - self.cnx, self.osy - self.cny)
 
     @property
     def os_cn_rel_bng(self) -> float:

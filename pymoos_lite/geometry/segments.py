@@ -7,6 +7,7 @@ Metres and degrees as everywhere (0 = north, clockwise).
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 from pymoos_lite.geometry.angles import angle180, bearing, project_point, unit_vector
 
@@ -35,6 +36,26 @@ def dist_to_segment(x1: float, y1: float, x2: float, y2: float, px: float, py: f
     """Distance from (px, py) to the segment."""
     nx, ny = nearest_on_segment(x1, y1, x2, y2, px, py)
     return math.hypot(px - nx, py - ny)
+
+
+def dist_to_segments(segments: Iterable[tuple[float, float, float, float]], px: float, py: float) -> float:
+    """Distance from (px, py) to the nearest of several segments; infinite when there are none."""
+    best = math.inf
+    # `dist_to_segment` written out: loiterers ask this of every edge in every iteration.
+    for x1, y1, x2, y2 in segments:
+        dx = x2 - x1
+        dy = y2 - y1
+        square = dx * dx + dy * dy
+        t = ((px - x1) * dx + (py - y1) * dy) / square if square != 0.0 else 0.0
+        if t <= 0.0:
+            far = math.hypot(px - x1, py - y1)
+        elif t >= 1.0:
+            far = math.hypot(px - x2, py - y2)
+        else:
+            far = math.hypot(px - (x1 + t * dx), py - (y1 + t * dy))
+        if far < best:
+            best = far
+    return best
 
 
 def ray_dist_to_segment(

@@ -33,7 +33,9 @@ def on_number(app: App, use: Callable[[float], None]) -> Handler:
     """A handler that passes finite numbers to `use`, and warns of everything else and of its ValueErrors."""
 
     def handle(message: Message) -> None:
-        value = finite_number(message)
+        value: float | None = message.value  # type: ignore[assignment]
+        if type(value) is not float or not -MAX_MAGNITUDE <= value <= MAX_MAGNITUDE:
+            value = finite_number(message)
         if value is None:
             app.run_warning(f"{message.name} needs a finite number, not '{clip(message.text, 40)}'")
             return

@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
+from functools import lru_cache
 
 from pymoos_lite.geometry.angles import bearing, unit_vector
 from pymoos_lite.geometry.geodesy import Geodesy, GeodesyError
@@ -99,7 +100,7 @@ def parse_decay(text: str, separator: str = ",") -> tuple[float, float]:
     return numbers[0], numbers[1]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Contact:
     """One vessel as last heard.
 
@@ -191,7 +192,9 @@ class ContactLedger:
             raise ValueError("Missing vname.")
         if report.time is None:
             raise ValueError("Missing timestamp.")
-        x, y = self._local_position(report)
+        x, y = report.x, report.y
+        if x is None or y is None:
+            x, y = self._local_position(report)
         speed, heading = report.speed or 0.0, report.heading or 0.0
         if not (abs(x) <= _FARTHEST and abs(y) <= _FARTHEST and abs(speed) <= _FASTEST):
             raise ValueError("Position or speed is beyond belief.")
@@ -204,7 +207,22 @@ class ContactLedger:
             moved = before is not None and (before.x, before.y) != (x, y)
             cog = bearing(before.x, before.y, x, y) if before is not None and moved else heading
         length = report.length or _LENGTHS.get(kind)
-        return Contact(name, report, x, y, speed, heading, cog, report.time, now, kind, length)
+        # A copy by its dictionary, as in `complete`: every vessel examines every report of every other, twice.
+        contact = Contact.__new__(Contact)
+        contact.__dict__.update(
+            name=name,
+            report=report,
+            x=x,
+            y=y,
+            speed=speed,
+            heading=heading,
+            cog=cog,
+            time=report.time,
+            heard_at=now,
+            type=kind,
+            length=length,
+        )
+        return contact
 
     def complete(self, contact: Contact) -> NodeReport:
         """The contact's report with everything filled in that the ledger knows: what others are told of it."""
@@ -242,8 +260,6 @@ class ContactLedger:
         return stale
 
     def _local_position(self, report: NodeReport) -> tuple[float, float]:
-        if report.x is not None and report.y is not None:
-            return report.x, report.y
         if report.lat is None or report.lon is None:
             raise ValueError("Missing both x/y and lat/lon.")
         if self._geodesy is None:
@@ -254,6 +270,7 @@ class ContactLedger:
             raise ValueError(str(error)) from None
 
 
+@lru_cache(maxsize=256)
 def _known_type(kind: str) -> str:
     word = kind.strip().lower()
     if word == "uuv":

@@ -306,7 +306,9 @@ def slow_closing_rate(course: float, speed: float, bearing: float, wanted: float
     return 0.8 * 100.0 * (1.0 - short / (2.0 * top)) + 0.2 * 100.0 * (1.0 - off * speed / (180.0 * top))
 
 
-@pytest.mark.parametrize(("x", "heading", "speed"), [(0.0, 0.0, 2.0), (80.0, 300.0, 4.0), (-300.0, 77.0, 1.0)])
+@pytest.mark.parametrize(
+    ("x", "heading", "speed"), [(0.0, 0.0, 2.0), (80.0, 300.0, 4.0), (-300.0, 77.0, 1.0)]
+)
 def test_the_closing_rate_function_is_near_its_formula_everywhere(x, heading, speed):
     helm = rig(points="0,500", ipf_type="roc", speed=speed)
     helm.own(x=x, heading=heading, speed=1)
@@ -324,7 +326,9 @@ def test_the_closing_rate_function_is_near_its_formula_everywhere(x, heading, sp
         for i, row in enumerate(exact)
         for j, value in enumerate(row)
     ]
-    assert max(errors) <= 0.5 + 0.5  # half a point of the build, half of stretching to the pieces' own extremes
+    assert (
+        max(errors) <= 0.5 + 0.5
+    )  # half a point of the build, half of stretching to the pieces' own extremes
     assert sum(errors) / len(errors) <= 0.15
 
 

@@ -258,3 +258,13 @@ def test_variables_are_bounded_and_one_too_many_is_refused_visibly():
 def test_a_value_or_time_of_a_foreign_type_is_a_programming_error(db, value, time):
     with pytest.raises(TypeError, match="a value is float, str or bytes"):
         db.publish("pub", Message("FRESH", value, time, "pub"), 0.0)
+
+
+def test_a_client_that_comes_back_is_again_a_publisher_of_what_it_posts():
+    db = Database("alpha", 0.0)
+    for now in (1.0, 2.0):
+        db.connect("gps", now)
+        db.publish("gps", message("NAV_X", now, source="gps"), now)
+        db.publish("gps", message("NAV_X", now, source="gps"), now)
+        assert db.published_by("gps") == ["NAV_X"]
+        db.disconnect("gps", now)

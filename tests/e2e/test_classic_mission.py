@@ -235,7 +235,10 @@ def test_a_mission_with_a_faulty_behaviour_file_starts_nothing_and_says_where(he
     text = (henry / "henry.bhv").read_text().replace("capture_radius = 5.0", "captur_radius = 5.0")
     (henry / "henry.bhv").write_text(text)
     line = next(i for i, row in enumerate(text.splitlines(), 1) if "captur_radius" in row)
-    for command in (["sim", "henry.moos", "--log-dir", "logs"], ["launch", "henry.moos", "--port", "0", "--plain"]):
+    for command in (
+        ["sim", "henry.moos", "--log-dir", "logs"],
+        ["launch", "henry.moos", "--port", "0", "--plain"],
+    ):
         result = pymoos(*command, cwd=henry)
         assert result.returncode == 1
         assert f"henry.bhv:{line}: " in result.stderr

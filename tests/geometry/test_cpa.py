@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from pymoos_lite.geometry.angles import project_point
+from pymoos_lite.geometry.angles import is_aft, is_fore, is_port, is_star, project_point
 from pymoos_lite.geometry.cpa import CpaEngine, cpa_of, unit_vectors
 
 position = st.integers(-100, 100).map(float)
@@ -30,6 +30,13 @@ def in_contact_frame(engine: CpaEngine, course: float, v: float, t: float) -> tu
     ox, oy, cx, cy = at(engine, course, v, t)
     s, c = math.sin(math.radians(engine.cnh)), math.cos(math.radians(engine.cnh))
     return (ox - cx) * s + (oy - cy) * c, (ox - cx) * c - (oy - cy) * s
+
+
+@given(encounters)
+def test_the_engine_sees_own_ship_on_the_sides_that_the_plain_questions_name(engine: CpaEngine) -> None:
+    place = (engine.cnx, engine.cny, engine.cnh, engine.osx, engine.osy)
+    sides = (engine.os_fore_of_cn, engine.os_aft_of_cn, engine.os_port_of_cn, engine.os_star_of_cn)
+    assert sides == (is_fore(*place), is_aft(*place), is_port(*place), is_star(*place))
 
 
 @given(encounters, heading, speed, st.sampled_from([0.0, 5.0, 60.0, 1000.0]))

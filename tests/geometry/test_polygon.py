@@ -156,6 +156,22 @@ def test_only_vertices_on_the_near_side_are_seen() -> None:
     assert not any(SQUARE.vertex_is_viewable(i, 5.0, 5.0) for i in range(4))
 
 
+@given(convex_polygons(), coordinate, coordinate)
+def test_the_vertices_in_view_are_those_whose_line_of_sight_is_free(
+    polygon: Polygon, x: float, y: float
+) -> None:
+    one_by_one = [i for i in range(len(polygon)) if polygon.vertex_is_viewable(i, x, y)]
+    assert polygon.viewable_vertices(x, y) == one_by_one
+
+
+def test_in_line_with_an_edge_and_for_dented_polygons_every_edge_is_tried() -> None:
+    dented = Polygon(((0, 0), (0, 10), (5, 2), (10, 10), (10, 0)))
+    for polygon in (SQUARE, dented):
+        for x, y in ((-5.0, 0.0), (-5.0, 10.0), (0.0, 25.0), (5.0, 9.0), (0.0, 5.0), (-1e-12, -3.0)):
+            one_by_one = [i for i in range(len(polygon)) if polygon.vertex_is_viewable(i, x, y)]
+            assert polygon.viewable_vertices(x, y) == one_by_one
+
+
 def test_tangent_bearings_are_ordered_unless_the_polygon_straddles_north() -> None:
     assert SQUARE.bearing_min_max(-10.0, 5.0) == pytest.approx(
         (math.degrees(math.atan2(10, 5)), math.degrees(math.atan2(10, -5)))
