@@ -45,15 +45,15 @@ def from_table(
     dims = len(domain)
     if u.shape != domain.points or dims not in (1, 2):
         raise IvPError(f"function over {domain}: the table has shape {u.shape}; expected {domain.points}")
-    least, most = float(u.min()), float(u.max())
-    if not (math.isfinite(least) and math.isfinite(most)):
+    if dims == 1:
+        u = u.reshape(-1, 1)
+    least, most = kernels.extremes(u)
+    if least != least:
         raise IvPError(f"function over {domain}: the table holds values that are not finite")
     if not (0.0 <= tolerance < math.inf and 0.0 <= extent < math.inf and math.isfinite(base)):
         raise IvPError(
             f"function over {domain}: tolerance {tolerance}, base {base} or extent {extent} is wrong"
         )
-    if dims == 1:
-        u = u.reshape(-1, 1)
     # Taking the arrays out of the list is atomic, so two threads never share them.
     bounds, planes = _spare.pop() if _spare else (np.empty((0, 4), np.int64), np.empty((0, 3)))
     if len(bounds) < u.size:

@@ -102,6 +102,21 @@ def _changes_by_row(u: Array, i0: int, i1: int, j0: int, j1: int) -> bool:
 
 
 @njit(cache=True, error_model="numpy")
+def extremes(u: Array) -> tuple[float, float]:
+    """Least and greatest value of a table; two NaN if a value is not finite."""
+    least = np.inf
+    most = -np.inf
+    for i in range(u.shape[0]):
+        for j in range(u.shape[1]):
+            value = u[i, j]
+            if value - value != 0.0:  # inf and nan alike
+                return np.nan, np.nan
+            least = min(least, value)
+            most = max(most, value)
+    return least, most
+
+
+@njit(cache=True, error_model="numpy")
 def _last_of(u: Array, value: float) -> tuple[int, int]:
     """The last point that has a value, as a solver prefers it among equals."""
     for i in range(u.shape[0] - 1, -1, -1):
