@@ -97,6 +97,8 @@ BEHAVIORS: tuple[Entry, ...] = (
         (),
         "Keeps away from another vessel.",
     ),
+    Entry("BHV_AvoidObstacleV24", "behaviors.avoid_obstacle:AvoidObstacle",
+          ("BHV_AvoidObstacleV21", "BHV_AvoidObstacle", "BHV_AvoidObstacleX"), "Keeps clear of an obstacle."),
     Entry("BHV_CutRange", "behaviors.cut_range:CutRange", (), "Pursues another vessel."),
     Entry("BHV_Trail", "behaviors.trail:Trail", (), "Keeps a place relative to another vessel."),
     Entry("BHV_Shadow", "behaviors.shadow:Shadow", (), "Takes the course and speed of another vessel."),
