@@ -227,8 +227,7 @@ class AvoidObstacle(Behavior):
             self.locked = True
         elif self.relevance < UNLOCK:
             self.locked = False
-        near, far = self._distances()
-        self._draw(obstacle, near, far)
+        self._draw(obstacle, *self.shrunk_distances)
         self.why = f"{self.config.id} is {self.range:.0f} m off on {self.side}" + (
             ", side settled" * self.locked
         )
@@ -277,10 +276,22 @@ class AvoidObstacle(Behavior):
         ahead = max(0.0, cos(radians(obstacle.heading_wedge_offset(own.x, own.y, own.heading))))
         return share * ahead or LEAST
 
-    def _distances(self) -> tuple[float, float]:
+    @property
+    def shrunk_distances(self) -> tuple[float, float]:
         """The worthless and the sufficient distance, both short of where own ship already is."""
         reach = max(0.0, self.range - 1.0)
         return min(self.config.min_util_cpa_dist, reach), min(self.config.max_util_cpa_dist, reach)
+
+    def _distances(self) -> tuple[float, float]:
+        """The worthless and the sufficient distance of a path.
+
+        Nearer to the obstacle than the former every path would be worthless, those that lead away too: there
+        the distances shrink.
+        """
+        config = self.config
+        if self.range > config.min_util_cpa_dist:
+            return config.min_util_cpa_dist, config.max_util_cpa_dist
+        return self.shrunk_distances
 
     def utilities(self, obstacle: Polygon) -> Array:
         """The utility of every course of the domain, 0 to 100."""
