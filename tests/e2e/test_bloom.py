@@ -53,7 +53,7 @@ class Story:
 
     def __init__(self, out, duration, **macros):
         plan = load(out, **macros)
-        self.host = Lockstep(1, None)
+        self.host = Lockstep(1, None, stagger=True)
         add_fleet(self.host, plan)
         deploy_in_lockstep(self.host, plan)
         self.names = plan.fleet.vehicle_names()
@@ -186,7 +186,7 @@ def test_no_two_vessels_collide(story):
 @pytest.mark.parametrize(("encoding", "rate"), [("i8", 3.0), ("i16", 6.0), ("f32", 12.0)])
 def test_compact_opinions_cost_the_same_few_bytes_in_any_fleet_and_are_heard(tmp_path, encoding, rate):
     for vehicles in (2, 4):
-        host = Lockstep(1, None)
+        host = Lockstep(1, None, stagger=True)
         plan = load(tmp_path / str(vehicles), vehicles, ENCODING=encoding)
         add_fleet(host, plan)
         deploy_in_lockstep(host, plan)
@@ -205,7 +205,7 @@ def digest(out, method, seconds=45.0):
     plan = plan_fleet(
         load_fleet(path, 2, 3, ["paper", "quiet", method]), path.resolve().parent, out, warp=1.0
     )
-    host = Lockstep(3, None)
+    host = Lockstep(3, None, stagger=True)
     add_fleet(host, plan)
     deploy_in_lockstep(host, plan)
     host.run(seconds)
