@@ -283,3 +283,33 @@ def test_check_prints_which_behaviours_each_option_activates(capsys):
     assert [cell[0] for cell in rows["migrating"]] == ["0", "0", "1"]
     assert rows["recover"] == ["1", "1", "1"]
     assert "warning" not in text.replace("0 warnings", "")
+
+
+@pytest.mark.slow
+def test_in_real_time_over_udp_vessels_hear_each_other_and_choose(tmp_path):
+    words = [
+        "launch",
+        "bloom",
+        "--preset",
+        "field",
+        "--vehicles",
+        "2",
+        "--warp",
+        "3",
+        "--duration",
+        "60",
+        "--plain",
+    ]
+    run = subprocess.run(
+        [sys.executable, "-m", "pymoos_lite.tools.cli", *words, "--macro", "COMMS_RANGE=1000", "--seed", "1",
+         "--log-dir", str(tmp_path)],
+        capture_output=True, text=True, timeout=300, check=False, cwd=tmp_path,
+    )  # fmt: skip
+    assert run.returncode == 0, run.stdout + run.stderr
+    for own, other in (("abe", "ben"), ("ben", "abe")):
+        (log,) = tmp_path.rglob(f"LOG_{own.upper()}*.alog")
+        entries = [line.split(None, 3) for line in log.read_text().splitlines() if not line.startswith("%")]
+        said = {name: [e[3].strip() for e in entries if len(e) == 4 and e[1] == name] for name in WATCHED}
+        assert "EXPLORE" in said["OPTION"]
+        assert any(other in names for names in said["EXPLORE_LIST"])
+        assert any(other in names for names in said["CONTACTS_LIST"])
