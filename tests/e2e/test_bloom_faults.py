@@ -62,7 +62,7 @@ def test_with_a_fifth_lost_and_a_second_of_latency_coalitions_still_form(tmp_pat
         fleet.deploy(*fleet.names)
     fleet.run(40.0)
     assert set(fleet.modes().values()) <= CHOOSING
-    heard = {name: 0 for name in fleet.names}
+    heard = dict.fromkeys(fleet.names, 0)
     for _ in range(30):
         fleet.run(1.0)
         for name in fleet.names:
