@@ -34,18 +34,21 @@ def page():
 def test_a_copied_mission_passes_the_check_and_sails(mybloom, capsys):
     assert cli.main(["check", "mybloom", "--strict", "--vehicles", "2"]) == 0
     words = ["sim", "mybloom", "--vehicles", "2", "--duration", "25", "--macro", "LOGGING=lean"]
-        "sim",
-        "mybloom",
-        "--vehicles",
-        "2",
-        "--duration",
-        "25",
-        "--macro",
-        "LOGGING=lean",
-        "--log-dir",
-        "logs/one",
-    ]
-    assert cli.main([*words, "--preset", "field", "--preset", "as_configured", "--no-progress"]) == 0
+    assert (
+        cli.main(
+            [
+                *words,
+                "--log-dir",
+                "logs/one",
+                "--preset",
+                "field",
+                "--preset",
+                "as_configured",
+                "--no-progress",
+            ]
+        )
+        == 0
+    )
     assert "2 vehicles, 25 mission seconds" in capsys.readouterr().out
 
 
