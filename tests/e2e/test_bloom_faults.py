@@ -18,7 +18,7 @@ class Fleet:
             load_fleet(path, 3, 1, ["field", "quiet"], macros), path.resolve().parent, out, warp=1.0
         )
         assert self.plan.problems == ()
-        self.host = Lockstep(1, None)
+        self.host = Lockstep(1, None, stagger=True)
         add_fleet(self.host, self.plan)
         deploy_in_lockstep(self.host, self.plan)
         self.names = self.plan.fleet.vehicle_names()
