@@ -202,10 +202,10 @@ def _draw(name: str, out: Path, seed: int, logs: tuple[str, ...] = ()) -> None:
         made = study(story, seed)
     else:
         made = {
-            "pitchfork": studies.pitchfork_study,
-            "basins": studies.basin_study,
-            "cascade": studies.cascade_study,
-        }[name](seed)
+            "pitchfork": lambda: studies.pitchfork_study(seed),
+            "basins": lambda: studies.basin_study(seed),
+            "cascade": lambda: studies.cascade_study(seed),
+        }[name]()
     made.savefig(out)
     print(f"{out}: {FIGURES[name]}")
 
