@@ -37,7 +37,7 @@ def host_of(mission: str, vehicles: int, seed: int, folder: Path) -> Lockstep:
     plan = plan_fleet(load_fleet(path, vehicles, seed), path.resolve().parent, folder, warp=1.0)
     if plan.errors:
         raise SystemExit("\n".join(map(str, plan.errors)))
-    host = Lockstep(seed, folder)
+    host = Lockstep(seed, folder, stagger=True)
     add_fleet(host, plan)
     deploy_in_lockstep(host, plan)
     host.run(SETTLE)

@@ -75,11 +75,11 @@ class AppRunner:
         """Whether the app wants its mail (and in mode 1 an iteration) before the next tick."""
         return self.mode != 0
 
-    def start(self, now: float) -> None:
-        """Run the app's start-up; what it raises is the host's to report."""
+    def start(self, now: float, delay: float = 0.0) -> None:
+        """Run the app's start-up; what it raises is the host's to report. Ticks begin after `delay` seconds."""
         app = self.app
         app.now = app.started = now
-        self._next_iteration = self._anchor = now
+        self._next_iteration = self._anchor = now + delay
         self._next_status = now
         context = app.context
         if not context.community:

@@ -11,6 +11,7 @@ import heapq
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from zlib import crc32
 
 from pymoos_lite.app import App, AppContext, AppRunner, Quit
 from pymoos_lite.core.clock import VirtualClock
@@ -20,6 +21,16 @@ from pymoos_lite.hosts.failures import Failure, describe_failure
 from pymoos_lite.hosts.local import LocalConnection
 from pymoos_lite.hosts.network import SimulatedNetwork
 from pymoos_lite.hosts.plan import CommunityPlan, warm_up
+
+
+def launch_delay(community: str, app: str) -> float:
+    """Seconds, less than one, after which an app of a fleet begins to tick.
+
+    On the water no two apps tick in the same instant. If they all did, whatever takes several hops would
+    just miss the next tick at each of them, and contacts would be half a second staler than they are. The
+    names decide, so that nobody else in the fleet changes when an app ticks.
+    """
+    return crc32(f"{community} {app}".encode()) / 2.0**32
 
 
 @dataclass
@@ -47,7 +58,8 @@ class Lockstep:
     """Runs communities in lockstep; see the module.
 
     `log_dir` is where loggers write; `seed` feeds every app's random numbers. `network` carries
-    datagrams between communities, by default with little delay and no loss.
+    datagrams between communities, by default with little delay and no loss. With `stagger` the apps
+    do not all tick in the same instant (see `launch_delay`), as those of a fleet never do.
     """
 
     def __init__(
@@ -56,7 +68,9 @@ class Lockstep:
         log_dir: Path | None = None,
         clock: VirtualClock | None = None,
         network: SimulatedNetwork | None = None,
+        stagger: bool = False,
     ) -> None:
+        self.stagger = stagger
         self.clock = clock or VirtualClock()
         self.network = network or SimulatedNetwork(self.clock, seed)
         self.seed = seed
@@ -120,7 +134,8 @@ class Lockstep:
         """Make and start an app; None (and an entry in `failures`) if it does not start."""
         try:
             runner = AppRunner(cls(context))
-            runner.start(self.clock.now())
+            delay = launch_delay(community.name, context.name) if self.stagger else 0.0
+            runner.start(self.clock.now(), delay)
         except Exception as error:
             self._failed(community, context.name, error, "start-up")
             context.connection.close("failed")

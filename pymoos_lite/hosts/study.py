@@ -96,7 +96,7 @@ def run_row(study: StudyFile, row: Row, log_dir: Path | None = None) -> Outcome:
         out = log_dir or Path(scratch)
         try:
             plan, duration = plan_row(study, row, out, study.row_macros if log_dir is not None else None)
-            host = Lockstep(row.seed, out)
+            host = Lockstep(row.seed, out, stagger=True)
             add_fleet(host, plan)
             deploy_in_lockstep(host, plan)
             host.run(duration)

@@ -22,6 +22,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "log": ("pymoos_lite.tools.log_tools", "grep, scan and plot log files"),
     "helm": ("ivp_helm.helm_tool", "explain the helm's decisions, live or from a log"),
     "ivp": ("ivp_helm.ivp_tool", "draw objective functions and their sum"),
+    "bloom": ("missions.bloom.figures_tool", "draw the bloom mission, from logs or a study's results"),
     "opinion": ("opinion_engine.opinion_tool", "predict and draw opinion dynamics"),
     "nsplug": ("pymoos_lite.tools.nsplug", "expand the macros of a mission file"),
     "list": ("pymoos_lite.tools.catalog", "list apps, behaviours or missions"),

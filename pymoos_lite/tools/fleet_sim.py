@@ -46,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
             [*plan.problems, *deeper_problems(*(member.plan for member in plan.members))], args.strict
         ):
             return 1
-        host = Lockstep(fleet.seed, args.log_dir)
+        host = Lockstep(fleet.seed, args.log_dir, stagger=True)
         add_fleet(host, plan)
         _end_when(host, plan, args.until)
     except (MissionError, ValueError) as error:

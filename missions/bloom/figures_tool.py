@@ -1,0 +1,119 @@
+"""``pymoos bloom``: the figures of the bloom mission, from the logs of a run or the results of a study."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from missions.bloom.run_log import RunLog
+
+FROM_RUN = {
+    "snapshot": "the sea at a moment: zones, blooms, storm, vessels, who hears whom",
+    "simplex": "every vessel's opinions on the simplex of the three options",
+    "attention": "attention and number of contacts over time",
+    "coalitions": "what each vessel did over time",
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    commands = parser.add_subparsers(dest="what", metavar="WHAT", required=True)
+    for name, text in FROM_RUN.items():
+        one = commands.add_parser(name, help=text)
+        _run_arguments(one)
+        _out_argument(one, f"{name}.png and {name}.svg")
+    every = commands.add_parser("figures", help="all of these into one folder")
+    _run_arguments(every)
+    every.add_argument("--out", type=Path, default=Path("figures"), metavar="DIR", help="default figures")
+    film = commands.add_parser("animation", help="map, simplex and attention side by side, as a GIF")
+    _run_arguments(film)
+    film.add_argument(
+        "--step", type=float, default=20.0, metavar="S", help="seconds between frames (default 20)"
+    )
+    film.add_argument("--out", type=Path, default=Path("bloom.gif"), metavar="FILE", help="default bloom.gif")
+    study = commands.add_parser("study", help="what a study found, against the size of the fleet")
+    study.add_argument("results", type=Path, metavar="RESULTS", help="results.csv of a study, or its folder")
+    _out_argument(study, "study.png and study.svg")
+
+
+def _run_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "logs", type=Path, metavar="LOGS", help="folder with the logs of a run (sim's --log-dir)"
+    )
+    parser.add_argument(
+        "--at", type=float, default=50.0, metavar="MIN", help="minute of the snapshot (default 50)"
+    )
+    parser.add_argument(
+        "--comms-range", type=float, default=160.0, metavar="M", help="as in the run (default 160)"
+    )
+
+
+def _out_argument(parser: argparse.ArgumentParser, default: str) -> None:
+    parser.add_argument("--out", type=Path, metavar="FILE", help=f"image to write (default {default})")
+
+
+def run(args: argparse.Namespace) -> int:
+    from opinion_engine.model import OpinionError
+    from pymoos_lite.tools.log_reading import LogError
+
+    try:
+        if args.what == "study":
+            _write(_study(args.results), args.out, "study")
+            return 0
+        from missions.bloom.run_log import read_run
+
+        history = read_run(args.logs)
+        if args.what == "animation":
+            from missions.bloom.pictures import animate
+
+            frames = animate(history, str(args.out), args.step, args.comms_range)
+            print(f"{args.out}: {frames} frames")
+        elif args.what == "figures":
+            args.out.mkdir(parents=True, exist_ok=True)
+            for name in FROM_RUN:
+                _write(_draw(name, history, args), None, str(args.out / name))
+        else:
+            _write(_draw(args.what, history, args), args.out, args.what)
+    except (LogError, OpinionError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    except (OSError, ValueError) as error:
+        print(f"pymoos bloom: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _draw(name: str, history: RunLog, args: argparse.Namespace) -> Figure:
+    from missions.bloom import pictures
+    from opinion_engine import plots
+
+    opinions = history.opinions
+    if name == "snapshot":
+        return pictures.snapshot_figure(history, 60.0 * args.at, args.comms_range)
+    if name == "simplex":
+        return plots.simplex_figure(opinions.z, opinions.names, opinions.options)
+    if name == "attention":
+        return plots.attention_figure(opinions.t, opinions.u, opinions.degree, opinions.names)
+    return pictures.coalitions_figure(history)
+
+
+def _study(path: Path) -> Figure:
+    import csv
+
+    from missions.bloom.pictures import study_figure
+
+    file = path / "results.csv" if path.is_dir() else path
+    with file.open(encoding="utf-8", newline="") as lines:
+        rows: list[Mapping[str, str]] = list(csv.DictReader(lines))
+    return study_figure(rows)
+
+
+def _write(made: Figure, out: Path | None, name: str) -> None:
+    for path in [out] if out is not None else [Path(f"{name}.png"), Path(f"{name}.svg")]:
+        made.savefig(path)
+        print(path)
