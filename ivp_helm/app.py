@@ -14,7 +14,6 @@ from time import process_time
 from ivp_helm.behavior_file import BehaviorFile, merge, read_behavior_file
 from ivp_helm.helm import HelmCore
 from ivp_helm.ivp import warm_up
-from ivp_helm.ivp import warm_up
 from ivp_helm.plugins import BehaviorFinder
 from ivp_helm.report import report_lines
 from ivp_helm.settings import HELM_PARAMETERS, HelmSettings
@@ -57,8 +56,6 @@ class Helm(App):
         )
         for problem in self.core.problems:
             self.config_warning(str(problem))
-        if not self.core.authority.malconfig:
-            warm_up()  # kernels load before the vessel moves, not inside its first decision
         self.core.start(self.now)
         self._met = False
         self._listeners: dict[str, tuple[float, bool]] = {}
