@@ -65,3 +65,40 @@ def avoidance_of(cpa: Array, near: float, far: float) -> None:
             value = NEAR_UTILITY + (c - near) * slope
             value = 100.0 if c > far else value
             cpa[i, j] = 0.0 if c < near else value
+
+
+@njit(cache=True, error_model="numpy")
+def pursuit(
+    px: float,
+    py: float,
+    cvx: float,
+    cvy: float,
+    east: Array,
+    north: Array,
+    speeds: Array,
+    horizon: float,
+    patience: float,
+    slowest: float,
+    fastest: float,
+    out: Array,
+) -> None:
+    """out[i, j] = utility of a course and speed for closing in on a contact (behaviors.md C11).
+
+    The share `patience` (0 to 1) rewards a small closest approach, the rest a high rate of closure, which
+    counts 0 at `slowest` and 100 at `fastest`. The vessels must be apart.
+    """
+    reach = sqrt(px * px + py * py)
+    closing = 100.0 * (1.0 - patience) / (fastest - slowest) if fastest > slowest else 0.0
+    for i in range(east.size):
+        ux = east[i]
+        uy = north[i]
+        for j in range(speeds.size):
+            wx = speeds[j] * ux - cvx
+            wy = speeds[j] * uy - cvy
+            k1 = px * wx + py * wy
+            k2 = wx * wx + wy * wy + 1e-300
+            t = min(max(-k1 / k2, 0.0), horizon)
+            x = px + t * wx
+            y = py + t * wy
+            c = sqrt(x * x + y * y)
+            out[i, j] = (-k1 / reach - slowest) * closing + patience * 100.0 * (1.0 - c / reach)

@@ -91,6 +91,7 @@ class ContactBehavior(Behavior):
         """The contacts to match and to ignore."""
         self._line_drawn = False
         self._met = ""
+        self._complained = False
         super().__init__(surroundings, name)
 
     # --- hooks of contact behaviours ----------------------------------------------------------------------
@@ -124,15 +125,20 @@ class ContactBehavior(Behavior):
 
     # --- what this base lends -----------------------------------------------------------------------------
 
+    @property
+    def turns_at_once(self) -> bool:
+        """Whether closest approaches take own ship to be on its new course at once."""
+        return not self.config.use_plat_model or bool(self.surroundings.platform.model.is_holonomic)
+
     def cpa_table(self, meeting: RelativeState, horizon: float) -> NDArray[np.float64]:
         """Closest point of approach for every course and speed of the domain: shape (courses, speeds).
 
         With ``use_plat_model`` along own ship's turn onto each course, otherwise as if it turned at once.
         """
         courses, speeds = self.domain["course"].values(), self.domain["speed"].values()
-        model = self.surroundings.platform.model if self.config.use_plat_model else None
-        if model is None or model.is_holonomic:
+        if self.turns_at_once:
             return meeting.engine.cpa_grid(courses, speeds, horizon)
+        model = self.surroundings.platform.model
         table: NDArray[np.float64] = model.cpa_grid(meeting.engine, courses, speeds, horizon)
         return table
 
@@ -175,7 +181,10 @@ class ContactBehavior(Behavior):
 
     def on_run(self) -> IvPFunction | None:
         meeting = self.meeting
-        if meeting is None or self._end_if_due():
+        if meeting is None:
+            self._complain()
+            return None
+        if self._end_if_due():
             return None
         function = self.decide(meeting)
         if function is not None and self.relevance > 0.0:
@@ -253,17 +262,28 @@ class ContactBehavior(Behavior):
     # --- parts --------------------------------------------------------------------------------------------
 
     def _find_contact(self) -> Contact | None:
-        name = self.config.contact
-        found: Contact | None = self.surroundings.contacts.get(name)
-        complaint = f"{name} x/y/heading/speed info not found"
+        found: Contact | None = self.surroundings.contacts.get(self.config.contact)
+        complaint = self._complaint
+        self._complained = False
         if found is not None:
             self.retract_warning(complaint)
-        elif name.lower() != UNSET_OK:
-            if not self.config.on_no_contact_ok:
-                self.error(complaint)
-            else:
-                self.warn(complaint)
+        elif complaint not in self._warned:
+            self._complain()
         return found
+
+    def _complain(self) -> None:
+        """Say once per iteration that there is no such contact."""
+        if self._complained or self.config.contact.lower() == UNSET_OK:
+            return
+        self._complained = True
+        if self.config.on_no_contact_ok:
+            self.warn(self._complaint)
+        else:
+            self.error(self._complaint)
+
+    @property
+    def _complaint(self) -> str:
+        return f"{self.config.contact} x/y/heading/speed info not found"
 
     def _end_if_due(self) -> bool:
         if self.meeting is not None and not self.completed:

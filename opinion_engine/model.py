@@ -89,7 +89,7 @@ class Attention:
         """S_u(y) for y >= 0, element by element; S_u(0) = u_min and S_u(infinity) = u_max."""
         y = np.asarray(y, dtype=np.float64)
         ratio = y / self.y_th
-        with np.errstate(divide="ignore"):
+        with np.errstate(divide="ignore", over="ignore"):
             rising = np.minimum(ratio, 1.0) ** self.n
             falling = np.minimum(1.0 / ratio, 1.0) ** self.n
         share = np.where(ratio <= 1.0, rising / (1.0 + rising), 1.0 / (1.0 + falling))

@@ -10,6 +10,7 @@ from ivp_helm.ivp.function import IvPFunction, constant
 from ivp_helm.ivp.packets import Joiner, join_packets, split_packets
 from ivp_helm.ivp.reflector import Rating, rate, reflect, tabulate
 from ivp_helm.ivp.solver import Solution, Status, decision_domain, solve, solve_exhaustive
+from ivp_helm.ivp.tabled import from_table
 from ivp_helm.ivp.warm import warm_up
 from ivp_helm.ivp.zaic import Peak, zaic_hdg, zaic_heq, zaic_leq, zaic_peak, zaic_spd, zaic_vector
 
@@ -31,6 +32,7 @@ __all__ = [
     "decision_domain",
     "decode",
     "encode",
+    "from_table",
     "join_build_info",
     "join_packets",
     "parse_build_info",

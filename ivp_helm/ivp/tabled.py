@@ -49,7 +49,9 @@ def from_table(
     if not (math.isfinite(least) and math.isfinite(most)):
         raise IvPError(f"function over {domain}: the table holds values that are not finite")
     if not (0.0 <= tolerance < math.inf and 0.0 <= extent < math.inf and math.isfinite(base)):
-        raise IvPError(f"function over {domain}: tolerance {tolerance}, base {base} or extent {extent} is wrong")
+        raise IvPError(
+            f"function over {domain}: tolerance {tolerance}, base {base} or extent {extent} is wrong"
+        )
     if dims == 1:
         u = u.reshape(-1, 1)
     # Taking the arrays out of the list is atomic, so two threads never share them.
@@ -57,7 +59,7 @@ def from_table(
     if len(bounds) < u.size:
         bounds, planes = np.empty((u.size, 4), np.int64), np.empty((u.size, 3))
     allowed = 0.01 * tolerance * (most - least)
-    count = kernels.cut(u, allowed, _FIRST_CUT, bounds, planes)
+    count = kernels.cut(u, most, allowed, _FIRST_CUT, bounds, planes)
     block = kernels.block_of_cuts(bounds, planes, count, dims, float(base), float(extent))
     _spare.append((bounds, planes))
     return IvPFunction._of_block(domain, block)

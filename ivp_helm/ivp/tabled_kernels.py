@@ -1,8 +1,9 @@
 """Cutting a table of utilities into as few linear pieces as a tolerance allows.
 
-The table is halved until every part is a plane to within the tolerance: one pass over a flat or planar
-part, a few more along edges and ridges, single points at steps. Planes are least-squares fits, moved so
-that none leaves the range of the values it stands for. The slow twin of these kernels is in their tests.
+The table is halved until every part is a plane to within the tolerance: a glance at a flat part, a few
+cuts along edges and ridges, single points at steps. A plane takes its slopes from the part's corners and
+lies midway between corners and centre, which is where the error of a curved surface is least; it is found
+at once, and one that does not fit is mostly found out after a few points.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ _DEPTH = 128  # parts waiting to be looked at; halving a side of 2**31 points ne
 @njit(cache=True, error_model="numpy")
 def _is_flat(u: Array, i0: int, i1: int, j0: int, j1: int) -> bool:
     first = u[i0, j0]
+    if u[i1, j1] != first or u[i0, j1] != first or u[i1, j0] != first:
+        return False
     for i in range(i0, i1 + 1):
         for j in range(j0, j1 + 1):
             if u[i, j] != first:
@@ -32,81 +35,101 @@ def _is_flat(u: Array, i0: int, i1: int, j0: int, j1: int) -> bool:
 
 
 @njit(cache=True, error_model="numpy")
-def _fit(
-    u: Array, i0: int, i1: int, j0: int, j1: int, tolerance: float
-) -> tuple[float, float, float, float]:
-    """Slopes per index, value at index (0, 0), and the largest error of the plane for a part.
+def _plane(u: Array, i0: int, i1: int, j0: int, j1: int) -> tuple[float, float, float]:
+    """Slopes per index and value at index (0, 0) of a part's plane.
 
-    An error above the tolerance is the first one found, not the largest.
+    It nowhere leaves the range of the corners and the centre, so that no part is higher than its values.
     """
-    w = i1 - i0 + 1
-    h = j1 - j0 + 1
-    mid_i = 0.5 * (i0 + i1)
-    mid_j = 0.5 * (j0 + j1)
-    total = 0.0
-    tilt_i = 0.0
-    tilt_j = 0.0
-    least = u[i0, j0]
-    most = least
-    for i in range(i0, i1 + 1):
-        row = 0.0
-        for j in range(j0, j1 + 1):
-            value = u[i, j]
-            row += value
-            tilt_j += value * (j - mid_j)
-            least = min(least, value)
-            most = max(most, value)
-        total += row
-        tilt_i += row * (i - mid_i)
-    # On a full grid the normal equations of the plane fall apart into one per slope.
-    a = tilt_i * 12.0 / (h * w * (w * w - 1.0)) if w > 1 else 0.0
-    b = tilt_j * 12.0 / (w * h * (h * h - 1.0)) if h > 1 else 0.0
-    span = abs(a) * (w - 1) + abs(b) * (h - 1)
-    if span > most - least:
-        shrink = (most - least) / span
-        a *= shrink
-        b *= shrink
-        span = most - least
-    middle = total / (w * h)
-    middle = max(min(middle, most - 0.5 * span), least + 0.5 * span)
-    c = middle - a * mid_i - b * mid_j
-    error = 0.0
-    for i in range(i0, i1 + 1):
-        base = c + a * i
-        for j in range(j0, j1 + 1):
-            error = max(error, abs(u[i, j] - (base + b * j)))
-        if error > tolerance:
-            break
-    return a, b, c, error
+    w = i1 - i0
+    h = j1 - j0
+    c00 = u[i0, j0]
+    c01 = u[i0, j1]
+    c10 = u[i1, j0]
+    c11 = u[i1, j1]
+    a = 0.5 * ((c10 - c00) + (c11 - c01)) / w if w > 0 else 0.0
+    b = 0.5 * ((c01 - c00) + (c11 - c10)) / h if h > 0 else 0.0
+    middle = 0.25 * (c00 + c01 + c10 + c11)
+    mid_i = (i0 + i1) // 2
+    mid_j = (j0 + j1) // 2
+    centre = u[mid_i, mid_j]
+    if w > 1 or h > 1:
+        level = centre - a * (mid_i - 0.5 * (i0 + i1)) - b * (mid_j - 0.5 * (j0 + j1))
+        middle = 0.5 * (middle + level)
+    most = max(max(max(c00, c01), max(c10, c11)), centre)
+    least = min(min(min(c00, c01), min(c10, c11)), centre)
+    reach = 0.5 * (abs(a) * w + abs(b) * h)
+    middle = max(min(middle, most - reach), least + reach)
+    return a, b, middle - a * 0.5 * (i0 + i1) - b * 0.5 * (j0 + j1)
 
 
 @njit(cache=True, error_model="numpy")
-def cut(u: Array, tolerance: float, first_i: int, bounds: Array, planes: Array) -> int:
-    """Pieces of a table shaped (m, n); returns how many.
+def _fits(
+    u: Array, i0: int, i1: int, j0: int, j1: int, a: float, b: float, c: float, tolerance: float
+) -> bool:
+    mid = (i0 + i1) // 2
+    for k in range(3):  # where a misfit shows first: at the ends and in the middle of both middle lines
+        i = i0 if k == 0 else (mid if k == 1 else i1)
+        j = (j0 + j1) // 2
+        if abs(u[i, j] - (c + a * i + b * j)) > tolerance:
+            return False
+        j = j0 if k == 0 else ((j0 + j1) // 2 if k == 1 else j1)
+        if abs(u[mid, j] - (c + a * mid + b * j)) > tolerance:
+            return False
+    for i in range(i0, i1 + 1):
+        base = c + a * i
+        for j in range(j0, j1 + 1):
+            if abs(u[i, j] - (base + b * j)) > tolerance:
+                return False
+    return True
 
-    bounds    (m * n, 4) integers to fill in: low and high index of the first variable, then of the second
-    planes    (m * n, 3) floats to fill in: two slopes per index, value at index (0, 0)
-    first_i   rows of the parts to begin with
+
+@njit(cache=True, error_model="numpy")
+def _changes_by_row(u: Array, i0: int, i1: int, j0: int, j1: int) -> bool:
+    """Whether a part changes more from row to row than along them, judged by its rim and middle lines."""
+    if j1 == j0:
+        return True
+    if i1 == i0:
+        return False
+    down = 0.0
+    for j in (j0, (j0 + j1) // 2, j1):
+        for i in range(i0, i1):
+            down += abs(u[i + 1, j] - u[i, j])
+    along = 0.0
+    for i in (i0, (i0 + i1) // 2, i1):
+        for j in range(j0, j1):
+            along += abs(u[i, j + 1] - u[i, j])
+    return down >= along
+
+
+@njit(cache=True, error_model="numpy")
+def _last_of(u: Array, value: float) -> tuple[int, int]:
+    """The last point that has a value, as a solver prefers it among equals."""
+    for i in range(u.shape[0] - 1, -1, -1):
+        for j in range(u.shape[1] - 1, -1, -1):
+            if u[i, j] == value:
+                return i, j
+    return 0, 0
+
+
+@njit(cache=True, error_model="numpy")
+def cut(u: Array, most: float, tolerance: float, first_rows: int, bounds: Array, planes: Array) -> int:
+    """Pieces of a table shaped (m, n) whose highest value is `most`; returns how many.
+
+    bounds       (m * n, 4) integers to fill in: low and high index of the first variable, then of the second
+    planes       (m * n, 3) floats to fill in: two slopes per index, value at index (0, 0)
+    first_rows   rows of the parts to begin with
 
     The part with the table's highest value is cut until it holds that value exactly, so that the
-    approximation and the table are highest at the same point.
+    pieces and the table are highest at the same point.
     """
     m, n = u.shape
-    top_i = 0
-    top_j = 0
-    most = -np.inf
-    for i in range(m):
-        for j in range(n):
-            # Of equal values the last, as a solver would choose.
-            if u[i, j] >= most:
-                most = u[i, j]
-                top_i = i
-                top_j = j
+    top_i, top_j = _last_of(u, most)
     stack = np.empty((_DEPTH, 4), np.int64)
     count = 0
-    for start in range(0, m, first_i):
+    flat_until = -1  # last row of the newest piece if it is a flat strip across the table, else -1
+    for start in range(0, m, first_rows):
         stack[0, 0] = start
-        stack[0, 1] = min(start + first_i, m) - 1
+        stack[0, 1] = min(start + first_rows, m) - 1
         stack[0, 2] = 0
         stack[0, 3] = n - 1
         waiting = 1
@@ -116,16 +139,21 @@ def cut(u: Array, tolerance: float, first_i: int, bounds: Array, planes: Array) 
             i1 = stack[waiting, 1]
             j0 = stack[waiting, 2]
             j1 = stack[waiting, 3]
+            a = 0.0
+            b = 0.0
+            c = u[i0, j0]
             if _is_flat(u, i0, i1, j0, j1):
-                a = 0.0
-                b = 0.0
-                c = u[i0, j0]
+                strip = j0 == 0 and j1 == n - 1
+                if strip and count > 0 and flat_until == i0 - 1 and planes[count - 1, 2] == c:
+                    bounds[count - 1, 1] = i1
+                    flat_until = i1
+                    continue
+                flat_until = i1 if strip else -1
             else:
-                a, b, c, error = _fit(u, i0, i1, j0, j1, tolerance)
-                if error > tolerance or (
-                    i0 <= top_i <= i1 and j0 <= top_j <= j1 and c + a * top_i + b * top_j != most
-                ):
-                    rows = i1 - i0 >= j1 - j0
+                a, b, c = _plane(u, i0, i1, j0, j1)
+                on_top = not (i0 <= top_i <= i1 and j0 <= top_j <= j1) or c + a * top_i + b * top_j == most
+                if not on_top or not _fits(u, i0, i1, j0, j1, a, b, c, tolerance):
+                    rows = _changes_by_row(u, i0, i1, j0, j1)
                     middle = (i0 + i1) // 2 if rows else (j0 + j1) // 2
                     for k in range(4):
                         stack[waiting + 1, k] = stack[waiting, k]
@@ -137,6 +165,7 @@ def cut(u: Array, tolerance: float, first_i: int, bounds: Array, planes: Array) 
                         stack[waiting, 2] = middle + 1
                     waiting += 2
                     continue
+                flat_until = -1
             bounds[count, 0] = i0
             bounds[count, 1] = i1
             bounds[count, 2] = j0
@@ -170,6 +199,7 @@ def block_of_cuts(bounds: Array, planes: Array, count: int, dims: int, base: flo
         most = base + extent
         least = base
     block = new_block(count, dims)
+    floats = block.view(np.float64)
     low = int32s_at(block[2], count * dims)
     high = int32s_at(block[3], count * dims)
     coef = floats_at(block[4], count * (dims + 1))
@@ -180,11 +210,10 @@ def block_of_cuts(bounds: Array, planes: Array, count: int, dims: int, base: flo
             high[d * count + p] = bounds[p, 2 * d + 1]
             coef[d * count + p] = planes[p, d] * scale
             edges += bounds[p, 2 * d + 1] - bounds[p, 2 * d] + 1
-        block.view(np.float64)[8 + d] = edges / count
+        floats[8 + d] = edges / count
     for p in range(count):
         coef[dims * count + p] = planes[p, 2] * scale + shift
     block[5] = COVERS
-    floats = block.view(np.float64)
     floats[6] = least
     floats[7] = most
     return block

@@ -11,6 +11,7 @@ from ivp_helm.ivp.domain import Domain
 from ivp_helm.ivp.function import constant
 from ivp_helm.ivp.reflector import reflect
 from ivp_helm.ivp.solver import Method, solve
+from ivp_helm.ivp.tabled import from_table
 from ivp_helm.ivp.zaic import Peak, zaic_hdg, zaic_leq, zaic_peak, zaic_spd
 
 _warm = False
@@ -38,6 +39,7 @@ def warm_up() -> None:
     plane = domain.subdomain("course,speed")
     reflected = reflect(plane, _slant, uniform_amount=20, smart_amount=2)
     encode(reflected)
+    from_table(domain.subdomain("speed"), [float(v * v) for v in domain["speed"].values()])
     joint.table()
     functions = [joint, zaic_leq(domain, "depth", 20, 5), constant(domain.subdomain("speed"), 5.0)]
     methods: tuple[Method, ...] = ("sweep", "search")

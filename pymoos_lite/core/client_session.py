@@ -14,6 +14,17 @@ from dataclasses import dataclass, field
 from enum import Enum
 from math import inf
 
+from pymoos_lite.core.assembly import RecordError
+from pymoos_lite.core.client_events import (
+    Connected,
+    Disconnected,
+    Event,
+    QueueFull,
+    QueueOpen,
+    Refused,
+    Warned,
+    WriteRefused,
+)
 from pymoos_lite.core.frames import (
     CONNECTION_BYTES,
     HELLO_PADDING,
@@ -34,7 +45,7 @@ from pymoos_lite.core.frames import (
     encode,
     handshake_keys,
 )
-from pymoos_lite.core.link import Link, LinkLimits, RecordError
+from pymoos_lite.core.link import Link, LinkLimits
 from pymoos_lite.core.message import Message, Value, as_value
 from pymoos_lite.core.parcels import (
     BATCH,
@@ -51,6 +62,20 @@ from pymoos_lite.core.parcels import (
     is_text,
     split,
 )
+
+__all__ = [
+    "ClientLimits",
+    "ClientSession",
+    "Connected",
+    "Disconnected",
+    "Event",
+    "QueueFull",
+    "QueueOpen",
+    "Refused",
+    "State",
+    "Warned",
+    "WriteRefused",
+]
 
 _RETRY_FIRST = 0.05
 _RETRY_LAST = 0.5
@@ -69,63 +94,6 @@ class State(Enum):
     CONNECTED = "connected"
     REFUSED = "the database does not admit this client; it has stopped trying"
     CLOSED = "closed by its owner"
-
-
-@dataclass(frozen=True, slots=True)
-class Connected:
-    """A connection stands. With `resumed` it is as if it had never been away."""
-
-    community: str
-    resumed: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Disconnected:
-    """The connection is lost; the session looks for a new one."""
-
-    reason: str
-
-
-@dataclass(frozen=True, slots=True)
-class Refused:
-    """The database does not admit this client; the session has stopped trying."""
-
-    code: RefusalCode
-    reason: str
-
-
-@dataclass(frozen=True, slots=True)
-class WriteRefused:
-    """The database did not accept `count` posts (or a registration) of `name`."""
-
-    name: str
-    reason: str
-    count: int
-
-
-@dataclass(frozen=True, slots=True)
-class QueueFull:
-    """The first of possibly many posts was refused here, because too many are waiting."""
-
-    waiting: int
-    bytes: int
-
-
-@dataclass(frozen=True, slots=True)
-class QueueOpen:
-    """After `QueueFull`: the queue is half empty again; `refused` posts were refused meanwhile."""
-
-    refused: int
-
-
-@dataclass(frozen=True, slots=True)
-class Warned:
-    """Something a person should know."""
-
-    text: str
-
-
-Event = Connected | Disconnected | Refused | WriteRefused | QueueFull | QueueOpen | Warned
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 from pymoos_lite.core.message import KIND_NAME, Message, Value
-from pymoos_lite.core.subscriptions import Route, Subscription, is_pattern
+from pymoos_lite.core.subscriptions import Route, Subscription, is_pattern, matches
 from pymoos_lite.core.summaries import SYSTEM_VARIABLES, build_system_variables
 
 SYSTEM_PERIOD = 2.0
@@ -53,8 +53,36 @@ class Client:
     mailbox: list[Message]
     connected_at: float
     subscriptions: dict[tuple[str, str], Subscription] = field(default_factory=dict)
+    patterns: list[Subscription] = field(default_factory=list)
+    exact: dict[str, list[Subscription]] = field(default_factory=dict)
     published: dict[str, None] = field(default_factory=dict)
     latencies: list[float] = field(default_factory=list)
+
+    def wishes(self, variable: str) -> list[Subscription]:
+        """The subscriptions that cover a variable."""
+        found = [s for s in self.patterns if s.wants_variable(variable)]
+        return found + [s for s in self.exact.get(variable, ()) if s.wants_variable(variable)]
+
+    def add(self, subscription: Subscription) -> None:
+        """Take a subscription; one of the same pattern and source is replaced."""
+        self.remove(subscription.pattern, subscription.source)
+        self.subscriptions[(subscription.pattern, subscription.source)] = subscription
+        self._shelf(subscription.pattern).append(subscription)
+
+    def remove(self, pattern: str, source: str | None) -> bool:
+        """Drop the subscriptions made with `pattern` (and `source`, if given); whether there were any."""
+        keys = (
+            [k for k in ((pattern, source),) if k in self.subscriptions]
+            if source is not None
+            else [k for k in self.subscriptions if k[0] == pattern]
+        )
+        for key in keys:
+            self._shelf(pattern).remove(self.subscriptions.pop(key))
+        return bool(keys)
+
+    def _shelf(self, pattern: str) -> list[Subscription]:
+        # Names are looked up, patterns are tried one by one: most registrations are plain names.
+        return self.patterns if is_pattern(pattern) else self.exact.setdefault(pattern, [])
 
 
 class Record:
@@ -175,13 +203,14 @@ class Database:
             raise ValueError(f"the interval of a registration must not be negative: {interval}")
         record = self._clients[client]
         subscription = Subscription(pattern, source_pattern or "*", float(interval), omit)
-        record.subscriptions[(pattern, subscription.source)] = subscription
+        record.add(subscription)
         if is_pattern(pattern):
             covered = [r for r in self._records.values() if subscription.wants_variable(r.name)]
         else:
             covered = [self._record(pattern)]
-        self._update_system_wanted()
-        if any(subscription.wants_variable(name) for name in self._system_wanted):
+        self._unwritten.clear()
+        if any(subscription.wants_variable(name) for name in SYSTEM_VARIABLES):
+            self._update_system_wanted()
             self._next_system = min(self._next_system, now)
         for variable in covered:
             self._rebuild_routes(variable)
@@ -198,13 +227,12 @@ class Database:
         record = self._clients.get(client)
         if record is None:
             return
-        keys = [k for k in record.subscriptions if k[0] == pattern and source_pattern in (None, k[1])]
-        if not keys:
+        if not record.remove(pattern, source_pattern):
             return
-        for key in keys:
-            del record.subscriptions[key]
         self._update_system_wanted()
-        self._rebuild_all_routes()
+        for variable in self._records.values():
+            if matches(pattern, variable.name):
+                self._rebuild_routes(variable)
 
     # --- posting -----------------------------------------------------------------------------
 
@@ -295,8 +323,7 @@ class Database:
         # Asked many times a second for variables that are not posted because nobody wants them.
         wanted = self._unwritten.get(name)
         if wanted is None:
-            wishes = (s for c in self._clients.values() for s in c.subscriptions.values())
-            wanted = any(s.wants_variable(name) for s in wishes)
+            wanted = any(c.wishes(name) for c in self._clients.values())
             if len(self._unwritten) < MAX_REMEMBERED:
                 self._unwritten[name] = wanted
         return wanted
@@ -339,7 +366,7 @@ class Database:
         direct: list[Callable[[Message], None]] = []
         filtered: dict[str, Route] = {}
         for client in self._clients.values():
-            wishes = [s for s in client.subscriptions.values() if s.wants_variable(record.name)]
+            wishes = client.wishes(record.name)
             if not wishes:
                 continue
             if any(s.interval == 0.0 and s.source == "*" for s in wishes):
@@ -359,9 +386,8 @@ class Database:
 
     def _update_system_wanted(self) -> None:
         self._unwritten.clear()
-        wishes = [s for c in self._clients.values() for s in c.subscriptions.values()]
         self._system_wanted = frozenset(
-            name for name in SYSTEM_VARIABLES if any(s.wants_variable(name) for s in wishes)
+            name for name in SYSTEM_VARIABLES if any(c.wishes(name) for c in self._clients.values())
         )
 
     def value(self, name: str) -> Value | None:

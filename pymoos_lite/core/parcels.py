@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import msgpack
 
-from pymoos_lite.core.link import frame_record
+from pymoos_lite.core.assembly import frame_record
 from pymoos_lite.core.message import Message, Value
 
 BATCH = 512

@@ -8,16 +8,15 @@ answer is larger than its question. What is wrong with a datagram is counted and
 
 from __future__ import annotations
 
-import hmac
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field, replace
-from struct import Struct
 from typing import Any
 
+from pymoos_lite.core.assembly import RecordError
+from pymoos_lite.core.cookies import Cookies
 from pymoos_lite.core.database import Database, NameClashError
 from pymoos_lite.core.frames import (
-    COOKIE_BYTES,
     IDENTITY_BYTES,
     MAX_NAME,
     MAX_REASON,
@@ -38,7 +37,7 @@ from pymoos_lite.core.frames import (
     encode,
     handshake_keys,
 )
-from pymoos_lite.core.link import Link, LinkLimits, PathLimits, RecordError
+from pymoos_lite.core.link import Link, LinkLimits, PathLimits
 from pymoos_lite.core.message import Message
 from pymoos_lite.core.parcels import (
     Kind,
@@ -54,9 +53,6 @@ from pymoos_lite.core.parcels import (
 Address = Hashable
 """Whatever the socket layer calls an address; compared and used as a key, never looked into."""
 
-_COOKIE_TIME = Struct(">Q")
-_COOKIE_STAMPS = (1 << 64) - 1
-_COOKIE_LIFE = 10.0
 _RESETS_PER_SECOND = 50
 _QUALITY_PERIOD = 1.0
 _NOTICES_KEPT = 64
@@ -162,13 +158,12 @@ class ServerSession:
         self.limits = limits or ServerLimits()
         self.statistics = ServerStatistics()
         self.identity = random(IDENTITY_BYTES)
-        self._secret = random(32)
+        self._cookies = Cookies(random(32), 16 * self.limits.clients)
         self._key = key
         self._handshake = handshake_keys(key)
         self._path = path
         self._peers: dict[tuple[Address, bytes], _Peer] = {}
         self._by_name: dict[str, _Peer] = {}
-        self._used: OrderedDict[bytes, float] = OrderedDict()  # admitted connections, until the cookie dies
         self._remembered: OrderedDict[bytes, int] = OrderedDict()  # identity -> last parcel taken
         self._outgoing: list[tuple[bytes, Address]] = []
         self._buffered = 0
@@ -248,8 +243,8 @@ class ServerSession:
                 self._reset(datagram, connection, address, wall)
             raise
         if isinstance(frame, Hello):
-            stamp = int(wall * 1000) & _COOKIE_STAMPS
-            self._answer(Challenge(self._cookie(stamp, connection, address)), connection, address)
+            cookie = self._cookies.make(connection, address, wall)
+            self._answer(Challenge(cookie), connection, address)
         elif isinstance(frame, Connect):
             self._admit(frame, connection, address, wall, now)
         else:
@@ -281,24 +276,8 @@ class ServerSession:
 
     # --- admission ----------------------------------------------------------------------------
 
-    def _cookie(self, stamp: int, connection: bytes, address: Address) -> bytes:
-        made = _COOKIE_TIME.pack(stamp)
-        text = made + connection + repr(address).encode("utf-8", "replace")
-        return made + hmac.digest(self._secret, text, "sha256")[: COOKIE_BYTES - len(made)]
-
-    def _check_cookie(self, cookie: bytes, connection: bytes, address: Address, wall: float) -> None:
-        (stamp,) = _COOKIE_TIME.unpack_from(cookie)
-        genuine = hmac.compare_digest(cookie, self._cookie(stamp, connection, address))
-        if not genuine or not -1.0 <= wall - stamp / 1000 <= _COOKIE_LIFE:
-            raise FrameError(Fault.BAD_COOKIE)
-
     def _admit(self, frame: Connect, connection: bytes, address: Address, wall: float, now: float) -> None:
-        self._check_cookie(frame.cookie, connection, address, wall)
-        while self._used and next(iter(self._used.values())) <= wall:
-            self._used.popitem(last=False)
-        if connection in self._used:
-            # The connection has been and gone; somebody plays an old recording, or the network does.
-            raise FrameError(Fault.REPLAYED)
+        self._cookies.check(frame.cookie, connection, address, wall)
         former = self._by_name.get(frame.name)
         if former is not None and former.identity != frame.identity:
             self._refuse(RefusalCode.NAME_CLASH, str(NameClashError(frame.name)), connection, address)
@@ -308,7 +287,7 @@ class ServerSession:
             self._refuse(RefusalCode.BAD_NAME, reason, connection, address)
             return
         full = len(self._peers) >= self.limits.clients and former is None
-        if full or len(self._used) >= 16 * self.limits.clients:
+        if full or self._cookies.crowded:
             reason = f"the community has {len(self._peers)} clients, no more are admitted now"
             self._refuse(RefusalCode.SERVER_FULL, reason, connection, address)
             return
@@ -335,7 +314,7 @@ class ServerSession:
             # This client knew another database here. Others will be back within moments as well,
             # and what one of them has waiting, another may have to hear.
             self._gathered_at = wall + self.limits.gathering
-        self._used[connection] = wall + _COOKIE_LIFE + 1.0
+        self._cookies.spend(connection, wall)
         self._open(peer, frame, connection, address, resumed, wall, now)
 
     def _open(

@@ -53,11 +53,7 @@ def _quality(database: Database, now: float) -> Value:
 def _read_write(database: Database, now: float) -> Value:
     parts = []
     for client in database.connected():
-        subscribed = [
-            record.name
-            for record in database.records()
-            if any(s.wants_variable(record.name) for s in client.subscriptions.values())
-        ]
+        subscribed = [record.name for record in database.records() if client.wishes(record.name)]
         parts.append(f"{client.name}={':'.join(subscribed)}&{':'.join(client.published)}")
     return ",".join(parts)
 

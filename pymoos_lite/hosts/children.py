@@ -49,11 +49,15 @@ class Exit:
 
 
 class Children:
-    """The processes of one host; see the module. `tell` hears what they print."""
+    """The processes of one host; see the module. `tell` hears what they print.
 
-    def __init__(self, clock: Clock, tell: Callable[[str], None]) -> None:
+    `goodbye` is how long (wall seconds) they may take to end when asked to.
+    """
+
+    def __init__(self, clock: Clock, tell: Callable[[str], None], goodbye: float = GOODBYE) -> None:
         self._clock = clock
         self._tell = tell
+        self._goodbye = goodbye
         self._children: dict[str, _Child] = {}
         self._words: queue.SimpleQueue[tuple[str, str]] = queue.SimpleQueue()
         self._ports: dict[str, int] = {}
@@ -140,14 +144,14 @@ class Children:
                     child.process.stdin.close()
                 except OSError:
                     continue  # it is gone already
-        end = self._clock.wall() + GOODBYE
+        end = self._clock.wall() + self._goodbye
         for child in children:
             try:
                 child.process.wait(max(0.05, end - self._clock.wall()))
             except subprocess.TimeoutExpired:
                 child.process.kill()
                 child.process.wait()
-                self._tell(f"{child.name} did not end by itself within {GOODBYE:g} s")
+                self._tell(f"{child.name} did not end by itself within {self._goodbye:g} s")
             child.listener.join(1.0)
             self._children.pop(child.name, None)
         self._pass_words_on()

@@ -13,7 +13,7 @@ from pathlib import Path
 from pymoos_lite.config.fleet_file import FleetFile
 from pymoos_lite.core.clock import RealClock
 from pymoos_lite.core.message import Message
-from pymoos_lite.hosts.children import Children, Exit, NotReadyError
+from pymoos_lite.hosts.children import GOODBYE, Children, Exit, NotReadyError
 from pymoos_lite.hosts.failures import Failure
 from pymoos_lite.hosts.fleet import FleetPlan, Member, customary_ports
 from pymoos_lite.hosts.ports import PortError, RemoteClient, UdpEndpoint
@@ -22,6 +22,9 @@ from pymoos_lite.hosts.remote import RemoteConnection
 
 START_TIMEOUT = 60.0
 """Wall seconds within which a community must be up: many starting together on few cores take their time."""
+
+GOODBYE_PER_MEMBER = 1.0
+"""Wall seconds more for each community that has to end: they all do so at once, on few cores."""
 
 STEP_BETWEEN_TRIES = 10
 TRIES = 50
@@ -77,7 +80,7 @@ class FleetHost:
         self.failures: list[Failure] = []
         self._folder = folder
         self._settings = dict(settings)
-        self._children = Children(clock, tell)
+        self._children = Children(clock, tell, GOODBYE + GOODBYE_PER_MEMBER * len(plan.members))
         self._restarts: list[tuple[float, str]] = []
         self._members = {member.name: member for member in plan.members}
         self._client: RemoteClient | None = None

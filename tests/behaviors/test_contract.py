@@ -49,11 +49,18 @@ PARAMETERS: dict[str, dict[str, Any]] = {
     "BHV_HeadingHysteresis": {"memory_time": 2},
     "BHV_AbortToPoint": {"point": "30,40", "speed": 2},
     "BHV_ConstantSpeed": {"speed": 2, "duration": "no-time-limit", "speed_mismatch_var": "MISMATCH"},
+    "BHV_AvoidCollision": {"contact": "ben", "post_per_contact_info": "true", "max_util_cpa_dist": 40},
+    "BHV_CutRange": {"contact": "ben", "pwt_outer_dist": 100, "giveup_range": 200, "patience": 40},
+    "BHV_Trail": {"contact": "ben", "trail_range": 20, "pwt_outer_dist": 500},
+    "BHV_Shadow": {"contact": "ben"},
+    "BHV_Convoy": {"contact": "ben"},
 }
 """Parameters with which a behaviour does something; others are checked with their defaults."""
 
 WITH_DEPTH = {"domain": ("course:0:359:72", "speed:0:4:9", "depth:0:20:21")}
+BEN = {"contacts": ({"name": "ben", "x": 30.0, "y": 40.0, "heading": 200.0, "speed": 1.2},)}
 OPTIONS: dict[str, dict[str, Any]] = {
+    **dict.fromkeys(("BHV_AvoidCollision", "BHV_CutRange", "BHV_Trail", "BHV_Shadow", "BHV_Convoy"), BEN),
     "BHV_ConstantDepth": WITH_DEPTH,
     "BHV_GoToDepth": WITH_DEPTH,
     "BHV_MaxDepth": WITH_DEPTH,

@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 from wires import Pair, Weather
 
+from pymoos_lite.core.assembly import RecordError, frame_record
 from pymoos_lite.core.frames import Data as DataFrame
 from pymoos_lite.core.frames import Fault, FrameError, encode
-from pymoos_lite.core.link import Link, LinkLimits, PathLimits, RecordError, frame_record
+from pymoos_lite.core.link import Link, LinkLimits, PathLimits
 
 CONNECTION = b"abcdefgh"
 SMALL = LinkLimits(path=PathLimits(400, 4000), window=4000, max_record=100_000)
@@ -43,11 +44,11 @@ weathers = st.builds(
 def assert_memory_bounded(both: Pair) -> None:
     for end in both.links:
         limits = end.limits
-        assert end._outstanding_bytes <= limits.window
-        assert end._early_bytes <= limits.window
-        assert len(end._partial) <= limits.max_record + limits.path.budget
-        assert len(end._segments) <= 4096
-        assert len(end._resend) <= 4096
+        assert end.flight.outstanding <= limits.window
+        assert end.assembly._early_bytes <= limits.window
+        assert len(end.assembly._partial) <= limits.max_record + limits.path.budget
+        assert len(end.flight._segments) <= 4096
+        assert len(end.flight._again) <= 4096
 
 
 @settings(max_examples=80, deadline=None)
@@ -142,8 +143,8 @@ class Carrier(RuleBasedStateMachine):
             got, sent = self.received[side], self.sent[1 - side]
             assert got == sent[: len(got)]
             assert self.links[1 - side].acknowledged <= len(got)
-            assert self.links[side]._early_bytes <= SMALL.window
-            assert self.links[side]._flight_bytes >= 0
+            assert self.links[side].assembly._early_bytes <= SMALL.window
+            assert self.links[side].flight._in_flight >= 0
 
     def teardown(self) -> None:
         both = Pair(self.links, Weather(), 1)
@@ -295,6 +296,27 @@ def test_segments_far_ahead_are_refused_and_cost_no_memory() -> None:
     for seq in range(1, 100):
         receiver.receive(encode(DataFrame(seq, 0, 0, 0, seq, bytes(300)), CONNECTION), 0.0)
     assert receiver.buffered <= SMALL.window
+
+
+def test_an_early_segment_that_is_repeated_is_counted_once() -> None:
+    receiver = link()
+    for number in range(1, 40):
+        receiver.receive(encode(DataFrame(number, 0, 0, 0, 1, bytes(300)), CONNECTION), 0.0)
+    assert receiver.buffered == 300
+
+
+def test_a_silent_peer_is_asked_more_often_than_a_lively_one() -> None:
+    both = pair()
+    both.links[0].submit(frame_record(b"x"))
+    both.run(lambda: not both.links[0].backlog)
+    end, now, moments = both.links[0], both.now, []
+    while not end.expired(now):
+        moments += [now] * len(end.datagrams(now))
+        now = end.next_deadline()
+    gaps = [later - earlier for earlier, later in itertools.pairwise(moments)]
+    assert gaps[0] == pytest.approx(0.5)
+    assert gaps[-1] == pytest.approx(0.125)
+    assert len(moments) >= 20
 
 
 def test_acknowledging_what_was_never_sent_is_refused() -> None:

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from wires import Town, Weather
 
+from pymoos_lite.core.assembly import frame_record
 from pymoos_lite.core.client_session import (
     ClientLimits,
     ClientSession,
@@ -35,7 +36,7 @@ from pymoos_lite.core.frames import (
     decode,
     encode,
 )
-from pymoos_lite.core.link import LinkLimits, frame_record
+from pymoos_lite.core.link import LinkLimits
 from pymoos_lite.core.message import Message
 from pymoos_lite.core.parcels import Kind
 from pymoos_lite.core.server_session import ServerLimits
@@ -206,6 +207,11 @@ def test_after_a_restart_clients_come_back_within_a_second_and_register_anew() -
     sub.register("GONE")
     sub.unregister("GONE")
     town.run(town.settled)
+    for n in range(20):  # so that the second life's mail is numbered lower than the first one's
+        pub.post("X", float(n), town.now)
+        town.run(town.settled)
+    assert values(town.mail["sub"], "X") == [float(n) for n in range(20)]
+    town.mail["sub"].clear()
     town.start_server()
     town.run(lambda: not town.all_connected())
     pub.post("X", 7.0, town.now)  # while disconnected
@@ -267,6 +273,68 @@ def test_a_short_blackout_is_resumed_and_no_mail_is_lost() -> None:
     assert town.server is not None
     assert town.server.statistics.resumed == 2
     assert "disconnected=sub" not in str(town.database.get("DB_EVENT"))
+
+
+def test_what_the_former_database_acknowledged_is_not_posted_to_its_successor() -> None:
+    town = Town()
+    pub = town.add("pub")
+    town.run(town.all_connected)
+    pub.post("X", 1.0, town.now)
+    sent = pub.datagrams(town.now)
+    assert town.server is not None
+    for datagram in sent:
+        town.server.receive(datagram, "pub", town.now, town.now)
+    for datagram, _ in town.server.datagrams(town.now + 0.1, town.now):
+        pub.receive(datagram, town.now)
+    pub.lose_contact("killed", town.now)  # before the session was asked for anything else
+    town.start_server()
+    town.run(town.settled)
+    assert town.database.get("X") is None
+
+
+def test_a_parcel_that_was_taken_before_is_not_taken_again() -> None:
+    town = Town()
+    sub, pub = town.add("sub"), town.add("pub")
+    sub.register("X")
+    town.run(town.settled)
+    pub.post("X", 1.0, 1.0)
+    town.run(town.settled)
+    server = town.server
+    assert server is not None
+    again = pub._outbox._pack((1, Kind.POSTS, [("X", 2.0, 1.0, "")]))
+    assert pub._link is not None
+    pub._link.submit(again)
+    pub._outbox.add(Kind.UNREGISTER, "nothing", "")
+    mail = server._by_name["sub"].outbox._pack((1, Kind.MAIL, [Message("X", 3.0, 1.0, "pub")]))
+    server._by_name["sub"].link.submit(mail)
+    server._by_name["sub"].outbox.add(Kind.UNREGISTER, "nothing", "")
+    server._by_name["sub"].heard = True
+    town.run_for(1.0)
+    assert values(town.mail["sub"], "X") == [1.0]
+    assert town.database.value("X") == 1.0
+
+
+@pytest.mark.parametrize("key", [None, b"key"])
+def test_a_lost_welcome_is_repeated_when_the_client_asks_again(key: bytes | None) -> None:
+    town = Town(key=key)
+    server = town.server
+    assert server is not None
+    app = town.add("app")
+    lost: list[bytes] = []
+    while not lost:
+        for datagram in app.datagrams(town.now):
+            server.receive(datagram, "app", town.now, town.now)
+        for datagram, _ in server.datagrams(town.now, town.now):
+            if server.clients():
+                lost.append(datagram)
+            else:
+                app.receive(datagram, town.now)
+        town.now += 0.01
+    connection = app._connection
+    town.run(town.all_connected, 0.3)
+    assert app._connection == connection
+    assert server.statistics.admitted == 1
+    assert server.statistics.resumed == 0
 
 
 def test_registrations_made_while_disconnected_hold_after_a_resumption() -> None:
@@ -489,7 +557,7 @@ def test_strangers_cost_no_memory_and_get_no_more_than_they_send() -> None:
             server.receive(datagram, ("10.0.0.1", n), 1.0, 1.0)
             assert sum(len(d) for d, _ in server.datagrams(1.0, 1.0)) <= len(datagram)
     assert not server._peers
-    assert not server._used
+    assert not len(server._cookies)
     assert server.statistics.dropped[Fault.BAD_COOKIE] == 5000
     assert server.statistics.dropped[Fault.UNKNOWN_CONNECTION] == 5000
     assert server.statistics.resets <= 100  # and answers to the last kind are rationed

@@ -70,6 +70,16 @@ def test_an_unknown_contact_is_a_warning_that_ends_when_it_is_heard():
     ]
 
 
+def test_an_unknown_contact_is_complained_of_once_while_idle_and_always_while_running():
+    helm = rig(condition="DEPLOY = true")
+    helm.contacts([])
+    helm.iterate(3)
+    assert len(helm.posted("BHV_WARNING")) == 1
+    helm.mail("DEPLOY", "true")
+    helm.iterate(3)
+    assert len(helm.posted("BHV_WARNING")) == 4
+
+
 def test_an_unknown_contact_stops_the_vehicle_where_the_mission_says_so():
     helm = rig(on_no_contact_ok="false")
     helm.contacts([])

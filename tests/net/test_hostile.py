@@ -13,9 +13,9 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from pymoos_lite.core import frames
+from pymoos_lite.core.assembly import frame_record
 from pymoos_lite.core.clock import RealClock
 from pymoos_lite.core.database import Database
-from pymoos_lite.core.link import frame_record
 from pymoos_lite.core.message import Message
 from pymoos_lite.hosts.ports import DatabaseServer, RemoteClient, UdpEndpoint
 
@@ -211,7 +211,7 @@ def test_a_live_database_survives_hundreds_of_thousands_of_hostile_datagrams(
     newcomer.close(0.0)
     # No growth: neither in the books nor in memory.
     assert len(session._peers) <= 4
-    assert len(session._used) <= 16 * session.limits.clients
+    assert len(session._cookies) <= 16 * session.limits.clients
     assert session._buffered < 1 << 20
     assert len(list(database.records())) < 200
     assert resident[-1] - resident[len(resident) // 4] < 8 << 20
