@@ -21,7 +21,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-import ivp_helm.helm as helm_module
+import ivp_helm.decision as decision_module
 from ivp_helm.behavior import Behavior
 from ivp_helm.conditions import ConditionSet
 from ivp_helm.ivp import IvPFunction, reflect, solve_exhaustive
@@ -81,7 +81,7 @@ def run(
     if split:
         undo.append(meter.wrap(ConditionSet, "first_false", "conditions"))
         undo.append(meter.wrap(ModeSet, "evaluate", "conditions"))
-        undo.append(meter.wrap(helm_module, "solve", "solve"))
+        undo.append(meter.wrap(decision_module, "solve", "solve"))
         for cls in {type(life.behavior) for life in core.population}:
             undo.append(meter.wrap(cls, "on_run", "build"))
     found = []
@@ -179,12 +179,12 @@ def exhaustive(domain: Any, functions: Sequence[IvPFunction]) -> Any:
 def with_baseline(behaviors: Any) -> tuple[float, float]:
     """Microseconds per iteration of ours and of the baseline."""
     ours = best_median_us(behaviors)
-    former = helm_module.solve
-    helm_module.solve = exhaustive  # type: ignore[assignment]
+    former = decision_module.solve
+    decision_module.solve = exhaustive  # type: ignore[assignment]
     try:
         plain = best_median_us(behaviors, 60, 3)
     finally:
-        helm_module.solve = former
+        decision_module.solve = former
     return ours, plain
 
 

@@ -41,22 +41,19 @@ Units everywhere: x east and y north in metres, degrees clockwise from north, m/
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
-from ivp_helm.base_parameters import BASE_PARAMETERS, FLAG_KEYS
-from ivp_helm.conditions import ConditionSet, holds, parse_condition, variables_of
+from ivp_helm.conditions import holds
+from ivp_helm.configurable import Configurable
 from ivp_helm.flags import Flag
 from ivp_helm.macros import Counters, base_macro
 from ivp_helm.surroundings import MissingOwnship, Ownship, Surroundings
-from pymoos_lite.config.parameters import Declaration, ParameterError, Values
 from pymoos_lite.core.message import Value, as_value
 from pymoos_lite.records.node_message import NodeMessage
 
 if TYPE_CHECKING:
     from ivp_helm.info_buffer import InfoBuffer
     from ivp_helm.ivp import Domain, IvPFunction
-
-_POLICY = {"open": 0, "lean": 1, "dire": 2}
 
 
 class BehaviorError(Exception):
@@ -78,20 +75,15 @@ class Post(NamedTuple):
     retracts: bool = False
 
 
-class Behavior:
+class Behavior(Configurable):
     """Base of all behaviours; see the module for the life cycle."""
 
     BHV_NAME: ClassVar[str] = ""
     """The name a mission file calls the class by: ``BHV_Waypoint``."""
     DEFAULT_NAME: ClassVar[str] = "???"
     """The instance's name when the block gives none."""
-    PARAMETERS: ClassVar[Declaration] = Declaration()
-    DEFAULTS: ClassVar[Mapping[str, Any]] = {}
-    """Other defaults of base parameters, e.g. ``{"duration": 0.0}``."""
     VARIABLES: ClassVar[tuple[str, ...]] = ("course", "speed")
     """Decision variables without which it cannot run."""
-    INFO: ClassVar[tuple[str, ...]] = ()
-    """Variables it reads from the buffer, apart from NAV_* and those named by parameters."""
     CONSTRAINT: ClassVar[bool] = False
     """True for avoidance and limits, which are no goal of their own (``goals_mandatory``)."""
     CAN_DISABLE: ClassVar[bool] = False
@@ -103,18 +95,13 @@ class Behavior:
     FILTER_LEVEL: ClassVar[int] = 0
     """1 for behaviours that see the decision of all others before they run (helm.md 11.6)."""
 
-    _declared: ClassVar[Declaration | None] = None
-
     def __init__(self, surroundings: Surroundings, name: str = "") -> None:
+        super().__init__()
         self.surroundings = surroundings
         self.buffer: InfoBuffer = surroundings.buffer
         self.domain: Domain = surroundings.domain
         self.community = surroundings.community
         self.name = name or type(self).DEFAULT_NAME
-        self.config: Values = self.declaration().defaults()
-        self.config.__dict__.update(type(self).DEFAULTS)
-        self.given: set[str] = set()
-        """Parameters (attribute names) that were set so far."""
         self.why = ""
         """One line on why it is where it is, e.g. ``leg 3 of 7, 42 m to go``; shown by `explain`."""
         self.relevance = 1.0
@@ -133,13 +120,9 @@ class Behavior:
         self.failed = False
         """An error was posted in this iteration."""
         self.last_error = ""
-        self.conditions = ConditionSet()
         self._posts: list[Post] = []
-        self._watched: dict[str, None] = dict.fromkeys(type(self).INFO)
-        self._mapping: dict[str, str] = {}
         self._warned: set[str] = set()
         self.counters = Counters()
-        self._policy = "open"
         self.setup()
 
     # --- hooks ------------------------------------------------------------------------------------------
@@ -241,11 +224,6 @@ class Behavior:
         """The highest speed of the domain, 0 without one."""
         return self.domain["speed"].high if "speed" in self.domain else 0.0
 
-    @property
-    def visuals(self) -> bool:
-        """Whether to post shapes for viewers (``comms_policy`` is open)."""
-        return self._policy == "open"
-
     def number(self, variable: str) -> float | None:
         """A number from the buffer; a missing one is a warning and None."""
         value = self.buffer.number(variable)
@@ -259,10 +237,6 @@ class Behavior:
         if value is None:
             self.warn(f"{variable} str info not found in helm info_buffer")
         return value
-
-    def watch(self, *variables: str) -> None:
-        """Ask for mail of more variables than `INFO` names (e.g. those that a parameter names)."""
-        self._watched.update(dict.fromkeys(v for v in variables if v))
 
     # --- what a behaviour says ----------------------------------------------------------------------------
 
@@ -361,129 +335,6 @@ class Behavior:
         posts = self._posts
         self._posts = []
         return posts
-
-    # --- parameters ---------------------------------------------------------------------------------------
-
-    @classmethod
-    def declaration(cls) -> Declaration:
-        """The parameters of every behaviour and of this class."""
-        found = cls.__dict__.get("_declared")
-        if found is None:
-            found = BASE_PARAMETERS + cls.PARAMETERS
-            cls._declared = found
-        return found
-
-    def set_parameter(self, name: str, text: str) -> None:
-        """Give one parameter its value, as a line of a block or of an update does.
-
-        Raises:
-            ParameterError: unknown name or unacceptable value; the old value stays.
-        """
-        declaration = self.declaration()
-        key = name.strip().lower()
-        parameter = declaration.find(key)
-        if parameter is None and key.startswith("_") and BASE_PARAMETERS.find(key[1:]) is not None:
-            parameter = declaration.find(key[1:])
-        if parameter is None:
-            if key in declaration.ignored:
-                return
-            declaration.read(name, text)  # raises, with the nearest spelling
-            return
-        attribute = parameter.key
-        word = text.strip().lower()
-        current = getattr(self.config, attribute)
-        if parameter.kind == "boolean" and word == "toggle":
-            value: Any = not current
-        elif parameter.repeated and word == "clearall":
-            current.clear()
-            self.given.add(attribute)
-            return
-        else:
-            value = parameter.read(text)
-        setter = getattr(self, f"set_{attribute}", None)
-        if setter is not None:
-            try:
-                setter(value)
-            except ParameterError:
-                raise
-            except ValueError as error:
-                raise ParameterError(f"{parameter.name} = {text.strip()!r}: {error}") from None
-        elif parameter.repeated:
-            current.append(value)
-        else:
-            vars(self.config)[attribute] = value
-        self.given.add(attribute)
-
-    def set_condition(self, condition: Any) -> None:
-        """Add a condition; there is no way to remove one."""
-        self.config.condition.append(condition)
-        self.conditions = ConditionSet(self.config.condition)
-
-    def resolve_conditions(self) -> None:
-        """Put the contact's name into conditions: ``$[CONTACT]`` in capitals, ``$[contact]`` small, ``$[Contact]``
-        as it is (helm.md 4.5)."""
-        contact = str(vars(self.config).get("contact", ""))
-        spellings = (
-            ("$[CONTACT]", contact.upper()),
-            ("$[contact]", contact.lower()),
-            ("$[Contact]", contact),
-        )
-        if contact and any("$[" in condition.text for condition in self.config.condition):
-            resolved = []
-            for condition in self.config.condition:
-                text = condition.text
-                for spelling, name in spellings:
-                    text = text.replace(spelling, name)
-                resolved.append(condition if text == condition.text else parse_condition(text))
-            self.conditions = ConditionSet(resolved)
-
-    def set_post_mapping(self, pair: tuple[str, str]) -> None:
-        """Redirect or silence posts."""
-        self.config.post_mapping.append(pair)
-        self._mapping = dict(self.config.post_mapping)
-
-    def set_comms_policy(self, policy: str) -> None:
-        """How much to post."""
-        self._policy = policy
-        vars(self.config)["comms_policy"] = policy
-
-    def set_build_info(self, text: str) -> None:
-        """Collect hints; what the user gives last wins, ``clear`` forgets all (ivp_math.md 6.2)."""
-        former = self.config.build_info
-        cleared = text.strip().lower() == "clear"
-        vars(self.config)["build_info"] = "clear" if cleared else f"{former} # {text}".removeprefix(" # ")
-
-    def follow_comms_policy(self, policy: str) -> None:
-        """Obey the community's policy where it is tighter than the behaviour's own."""
-        own = self.config.comms_policy
-        if policy in _POLICY:
-            self._policy = policy if _POLICY[policy] > _POLICY[own] else own
-
-    def variables_needed(self) -> list[str]:
-        """Every variable the helm must register for on this behaviour's behalf."""
-        config = self.config
-        names = variables_of(self.conditions)
-        for flag in self.all_flags():
-            if flag.condition is not None:
-                names += flag.condition.registrations()
-        if config.duration_reset is not None:
-            names.append(config.duration_reset[0])
-        for starving, _ in config.nostarve:
-            names += starving
-        names += [config.updates] if config.updates else []
-        return list(dict.fromkeys((*names, *self._watched)))
-
-    def all_flags(self) -> list[Flag]:
-        """Every flag of this behaviour, those of its own parameters included."""
-        found: list[Flag] = []
-        for value in vars(self.config).values():
-            if isinstance(value, list):
-                found += [item for item in value if isinstance(item, Flag)]
-        return found
-
-    def state_flags(self) -> list[Flag]:
-        """The flags of base parameters."""
-        return [flag for key in FLAG_KEYS for flag in getattr(self.config, key)]
 
     def _macro_value(self, name: str) -> float | str | None:
         value = self.macro(name)

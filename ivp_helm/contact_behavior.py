@@ -40,7 +40,7 @@ from ivp_helm.contacts import Contact
 from ivp_helm.flags import Flag
 from ivp_helm.ivp import IvPFunction
 from ivp_helm.surroundings import Surroundings
-from pymoos_lite.config.parameters import Declaration, ParameterError
+from pymoos_lite.config.parameters import ParameterError
 from pymoos_lite.geometry.encounter import ContactTag, EncounterHistory, RelativeState
 from pymoos_lite.geometry.specs import erase_seglist_text
 from pymoos_lite.geometry.text import num
@@ -75,6 +75,7 @@ _STATE_MACROS: dict[str, Callable[[RelativeState], float | bool]] = {
 class ContactBehavior(Behavior):
     """Base of behaviours about one contact; see the module."""
 
+    BASE_PARAMETERS = BASE_PARAMETERS + CONTACT_PARAMETERS
     ALERTS: ClassVar[bool] = True
     """Whether a template asks the contact manager for alerts, unless ``no_alert_request`` says otherwise."""
 
@@ -220,15 +221,6 @@ class ContactBehavior(Behavior):
         return None
 
     # --- parameters ---------------------------------------------------------------------------------------
-
-    @classmethod
-    def declaration(cls) -> Declaration:
-        """The parameters of every behaviour, of every contact behaviour, and of this class."""
-        found = cls.__dict__.get("_declared")
-        if found is None:
-            found = BASE_PARAMETERS + CONTACT_PARAMETERS + cls.PARAMETERS
-            cls._declared = found
-        return found
 
     def set_parameter(self, name: str, text: str) -> None:
         super().set_parameter(name, text)

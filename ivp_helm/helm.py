@@ -20,15 +20,17 @@ from ivp_helm.authority import Authority
 from ivp_helm.behavior_file import BehaviorFile
 from ivp_helm.build import Finder
 from ivp_helm.contacts import HelmContacts
+from ivp_helm.decision import Verdict, decide
 from ivp_helm.function_posts import post_functions, post_reasons
 from ivp_helm.inbox import FIXED_VARIABLES, Inbox
 from ivp_helm.info_buffer import InfoBuffer
-from ivp_helm.ivp import Domain, IvPError, Solution, Variable, decision_domain, solve
+from ivp_helm.ivp import Domain, IvPError, Solution, Variable
 from ivp_helm.lifecycle import Life, Outcome
 from ivp_helm.modes import ModeSet
 from ivp_helm.outbox import HelmPost, Outbox
 from ivp_helm.platform_model import Platform
 from ivp_helm.population import Population
+from ivp_helm.registrations import Registrations
 from ivp_helm.settings import HelmSettings
 from ivp_helm.summary import Timing
 from ivp_helm.surroundings import Surroundings
@@ -95,14 +97,13 @@ class HelmCore:
         self._find = find
         self._stopwatch = stopwatch
         self.started = 0.0
-        self._registered: dict[str, float] = {}
-        self._new_names: list[str] = []
+        self.buffer = InfoBuffer()
+        self.registrations = Registrations(self.buffer)
         found = list(problems)
         self.domain = self._domain(found)
         self._optional = {entry.variable.name for entry in settings.entries if entry.optional}
         self._desired = {name: _desired(settings.helm_prefix, name) for name in self.domain.names}
         self._nav = NAV_VARIABLES + (("NAV_DEPTH",) if "depth" in self.domain else ())
-        self.buffer = InfoBuffer()
         self.platform = Platform(settings.turn_model)
         self.contacts = HelmContacts(
             settings.community, settings.contact_max_age, geodesy, settings.contact_extrapolation
@@ -157,9 +158,9 @@ class HelmCore:
         """Everything that happens before the first iteration."""
         self.started = self.buffer.now = now
         for name in FIXED_VARIABLES:
-            self.want(name)
+            self.registrations.want(name)
         if self.settings.other_override_var:
-            self.want(self.settings.other_override_var)
+            self.registrations.want(self.settings.other_override_var)
         if self.authority.malconfig:
             return
         self._introduce()
@@ -202,34 +203,23 @@ class HelmCore:
         self.population.announce_birth(self.started)
         self._register_all()
 
-    def want(self, name: str) -> None:
-        """Have mail of `name`, once and for all."""
-        if name and name not in self._registered:
-            self._registered[name] = self.buffer.now
-            self._new_names.append(name)
-
-    def registered_at(self, name: str) -> float:
-        """When the helm asked for the variable, minus infinity if it never did."""
-        return self._registered.get(name, float("-inf"))
-
     def take_registrations(self) -> list[str]:
         """Names to register for that were not handed out before."""
-        names = self._new_names
-        self._new_names = []
+        names = self.registrations.take()
         for name in names:
             self.outbox.post("IVPHELM_REGISTER", name)
         return names
 
     def _register_all(self) -> None:
         for name in self.modes.variables():
-            self.want(name)
+            self.registrations.want(name)
         for entry in self._deferred:
-            self.want(entry.variable)
+            self.registrations.want(entry.variable)
         for template in self.population.templates:
-            self.want(template.updates)
+            self.registrations.want(template.updates)
         for life in self.population:
             for name in life.behavior.variables_needed():
-                self.want(name)
+                self.registrations.want(name)
         self.announcer.note_variables(self.population.lives)
         self._referred = frozenset(
             str(contact) for life in self.population if (contact := vars(life.behavior.config).get("contact"))
@@ -351,13 +341,13 @@ class HelmCore:
         else:
             newcomers = []
         modes = self.modes.evaluate(buffer)
-        rounds, solution, solve_seconds, complaint = self._run_and_solve()
+        rounds, verdict, solve_seconds = self._run_and_solve()
         if newcomers or any(life.results for life, _ in rounds):
             self._register_all()
         for variable, mode in modes.items():
             outbox.post_change(variable, mode, "HELM_MODE")
-        decision = solution.as_dict() if solution is not None else {}
-        reason, complaint = self._judge(now, rounds, decision, complaint)
+        decision, complaint = verdict.decision, verdict.complaint
+        reason = self._reason(rounds, verdict)
         self.timing = self.timing.after(sum(o.build_seconds for _, o in rounds), solve_seconds)
         self.announcer.before_posts(rounds)
         if self.listens("BHV_IPF"):
@@ -372,59 +362,39 @@ class HelmCore:
             for name, value in decision.items():
                 outbox.post(self._desired[name], value)
         self.trace = Trace(
-            self.iteration, now, tuple(rounds), solution, decision, reason, self.modes.summary()
+            self.iteration, now, tuple(rounds), verdict.solution, decision, reason, self.modes.summary()
         )
 
-    def _run_and_solve(self) -> tuple[list[tuple[Life, Outcome]], Solution | None, float, str]:
+    def _run_and_solve(self) -> tuple[list[tuple[Life, Outcome]], Verdict, float]:
         """All behaviours in order, then the solver; filter-level behaviours see its first answer."""
         lives = self.population.lives
         late = [life for life in lives if life.behavior.FILTER_LEVEL > 0]
         rounds = [(life, life.iterate()) for life in lives if life.behavior.FILTER_LEVEL == 0]
         began = self._stopwatch()
-        solution, complaint = self._solve(rounds)
+        verdict = decide(self.domain, rounds)
         seconds = self._stopwatch() - began
         if late:
-            for name, value in (solution.as_dict() if solution is not None else {}).items():
+            for name, value in verdict.decision.items():
                 self.buffer.assign(f"{self._desired[name]}_UNFILTERED", value)
             rounds += [(life, life.iterate()) for life in late]
             began = self._stopwatch()
-            solution, complaint = self._solve(rounds)
+            verdict = decide(self.domain, rounds)
             seconds += self._stopwatch() - began
-        return rounds, solution, seconds, complaint
+        return rounds, verdict, seconds
 
-    def _solve(self, rounds: Sequence[tuple[Life, Outcome]]) -> tuple[Solution | None, str]:
-        functions = [outcome.function for _, outcome in rounds if outcome.function is not None]
-        if not functions:
-            return None, ""
-        for function in functions:
-            for name in function.domain.names:
-                if name not in self.domain:
-                    return None, f"DomainVar {name} not recognized "
-        try:
-            return solve(decision_domain(self.domain, functions), functions), ""
-        except IvPError as error:
-            return None, str(error)
-
-    def _judge(
-        self, now: float, rounds: Sequence[tuple[Life, Outcome]], decision: dict[str, float], complaint: str
-    ) -> tuple[str, str]:
-        """The all-stop reason or CLEAR, and what halted the helm."""
-        if complaint:
-            return allstop.BEHAVIOR_ERROR, complaint
-        for life, outcome in rounds:
-            if outcome.failed:
-                return allstop.BEHAVIOR_ERROR, f"BHV_ERROR: {life.behavior.last_error}"
+    def _reason(self, rounds: Sequence[tuple[Life, Outcome]], verdict: Verdict) -> str:
+        """The all-stop reason, or CLEAR."""
         timeout = self.settings.nav_timeout
+        if verdict.complaint:
+            return allstop.BEHAVIOR_ERROR
         if timeout > 0.0 and any((self.buffer.age(name) or 0.0) > timeout for name in self._nav):
-            return allstop.STALE_NAV, ""
+            return allstop.STALE_NAV
         if not any(outcome.function is not None for _, outcome in rounds):
-            return allstop.NOTHING_TO_DO, ""
+            return allstop.NOTHING_TO_DO
         if self.settings.goals_mandatory and not has_goal(rounds):
-            return allstop.NO_GOAL, ""
-        missing = [n for n in self.domain.names if n not in decision and n not in self._optional]
-        if missing:
-            return f"{allstop.MISSING}:{','.join(missing)}", ""
-        return allstop.CLEAR, ""
+            return allstop.NO_GOAL
+        missing = [n for n in self.domain.names if n not in verdict.decision and n not in self._optional]
+        return f"{allstop.MISSING}:{','.join(missing)}" if missing else allstop.CLEAR
 
     def _drain(self, rounds: Sequence[tuple[Life, Outcome]]) -> None:
         """Everything behaviours posted, in their order."""

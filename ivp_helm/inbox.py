@@ -92,7 +92,7 @@ class Inbox:
         core = self._core
         if (
             message.name == "HELM_MAP_CLEAR"
-            or abs(now - core.registered_at(message.name)) <= core.settings.ok_skew
+            or abs(now - core.registrations.since(message.name)) <= core.settings.ok_skew
         ):
             return True
         what = f"{message.name} Source={message.source} Skew={now - message.time:.2f}"
