@@ -48,6 +48,7 @@ def folder(tmp_path_factory):
         + line(50, "VIEW_CIRCLE", "x=-150,y=-300,radius=30,label=Bloom_1,edge_color=limegreen")
         + line(60, "VIEW_CIRCLE", "x=0,y=0,radius=180,label=storm,edge_color=dodger_blue")
         + line(100, "VIEW_CIRCLE", "x=0,y=0,label=Bloom_1,active=false,radius=0")
+        + line(20, "VIEW_CIRCLE", "x=1,y=1,radius=6,label=abe's opt_circ")
         + line(101, "VIEW_CIRCLE", "nonsense"),
     }
     for name, text in logs.items():
