@@ -253,7 +253,8 @@ class OpinionEngine:
     def receive(self, message: str | bytes, now: float, sender: str = "", time: float | None = None) -> bool:
         """An opinion message from a neighbour, sent at `time` (default now); True if it was taken.
 
-        It counts as fresh from now on, whatever its way took: clocks of vessels may differ. Text names its sender; a binary payload comes from `sender`, the carrier's source community. Not
+        It counts as fresh from now on, whatever its way took: clocks of vessels may differ. Text
+        names its sender; a binary payload comes from `sender`, the source community of its carrier. Not
         taken, and counted: messages during a reset, damaged ones, one's own, and those older than the record
         held (the last two are taken by the `reference` variant).
         """

@@ -50,6 +50,13 @@ PARAMETERS: dict[str, dict[str, Any]] = {
     "BHV_AbortToPoint": {"point": "30,40", "speed": 2},
     "BHV_ConstantSpeed": {"speed": 2, "duration": "no-time-limit", "speed_mismatch_var": "MISMATCH"},
     "BHV_AvoidCollision": {"contact": "ben", "post_per_contact_info": "true", "max_util_cpa_dist": 40},
+    "BHV_AvoidObstacleV24": {
+        "polygon": "format=radial,x=40,y=30,radius=12,pts=8,label=rock_1",
+        "id": "rock_1",
+        "completed_dist": 2000,
+        "pwt_outer_dist": 200,
+        "rng_flag": "<30 NEAR=$[RNG]",
+    },
     "BHV_CutRange": {"contact": "ben", "pwt_outer_dist": 100, "giveup_range": 200, "patience": 40},
     "BHV_Trail": {"contact": "ben", "trail_range": 20, "pwt_outer_dist": 500},
     "BHV_Shadow": {"contact": "ben"},
