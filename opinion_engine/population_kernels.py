@@ -17,10 +17,18 @@ import numpy as np
 from numba import njit, prange
 
 from opinion_engine.intrinsics import sum_rows4, sum_rows8
-from opinion_engine.kernels import hill, tanh
-
-TILE = 256
-"""Agents per tile: its arrays fit the first-level cache."""
+from opinion_engine.tile_kernels import (
+    TILE,
+    attention_rate,
+    clip_attention,
+    euler3,
+    mean_squares,
+    opinion_rate,
+    option_mean,
+    subtract,
+    to_planes,
+    to_rows,
+)
 
 GROUP = 8
 """Tiles that one thread takes at a time, with the same work space."""
@@ -33,41 +41,6 @@ held during the step while every agent integrates itself by Runge-Kutta, which i
 def row_width(n_options: int) -> int:
     """Doubles per agent in a state: the opinions, their mean square, and filling up to whole vectors."""
     return (n_options + 4) // 4 * 4
-
-
-# ------------------------------------------------------------------------- between rows and planes
-
-
-@njit(cache=True, error_model="numpy")
-def _planes(count: int, width: int, rows: np.ndarray, start: int, planes: np.ndarray) -> None:
-    """Rows of `width` from rows[start:], into planes; the widths that occur most have constant strides."""
-    if width == 4:
-        for i in range(count):
-            p = start + 4 * i
-            planes[i] = rows[p]
-            planes[TILE + i] = rows[p + 1]
-            planes[2 * TILE + i] = rows[p + 2]
-            planes[3 * TILE + i] = rows[p + 3]
-    else:
-        for i in range(count):
-            for lane in range(width):
-                planes[lane * TILE + i] = rows[start + width * i + lane]
-
-
-@njit(cache=True, error_model="numpy")
-def _rows(count: int, width: int, planes: np.ndarray, rows: np.ndarray, start: int) -> None:
-    """`_planes` backwards."""
-    if width == 4:
-        for i in range(count):
-            p = start + 4 * i
-            rows[p] = planes[i]
-            rows[p + 1] = planes[TILE + i]
-            rows[p + 2] = planes[2 * TILE + i]
-            rows[p + 3] = planes[3 * TILE + i]
-    else:
-        for i in range(count):
-            for lane in range(width):
-                rows[start + width * i + lane] = planes[lane * TILE + i]
 
 
 @njit(cache=True, error_model="numpy")
@@ -109,148 +82,6 @@ def _gather_late(
                     sums[i * width + lane] += history[row + lane]
 
 
-# ----------------------------------------------------------------------------- the equation on planes
-
-
-@njit(cache=True, error_model="numpy")
-def _rate(
-    count: int, n_o: int, z: np.ndarray, u: np.ndarray, heard: np.ndarray, b: np.ndarray, on: np.ndarray,
-    share: np.ndarray, kind: np.ndarray, own: np.ndarray, neighbour: np.ndarray, resistance: np.ndarray,
-    uniform: bool, f: np.ndarray, mean: np.ndarray,
-) -> None:  # fmt: skip
-    """Projected z' of a tile into f; z, heard, b, on, f are planes."""
-    several = own.shape[0] > 1
-    masked = on.size > 0
-    for j in range(n_o):
-        row = j * TILE
-        if uniform and not masked:
-            # Equal couplings: the cross terms of row j are (all of them) - (the one of j), and what is common
-            # to all rows vanishes in the projection. 2 N_O hyperbolic tangents instead of N_O squared.
-            alpha, gamma = own[0, 0, 0], neighbour[0, 0, 0]
-            beta, delta, d = own[0, 0, n_o - 1], neighbour[0, 0, n_o - 1], resistance[0, 0]
-            if beta == 0.0 and delta == 0.0:
-                for i in range(count):
-                    cooperation = tanh(alpha * z[row + i] + gamma * heard[row + i])
-                    f[row + i] = u[i] * cooperation - d * z[row + i] + b[row + i]
-            else:
-                for i in range(count):
-                    cooperation = tanh(alpha * z[row + i] + gamma * heard[row + i])
-                    competition = tanh(beta * z[row + i] + delta * heard[row + i])
-                    f[row + i] = u[i] * (cooperation - competition) - d * z[row + i] + b[row + i]
-        else:
-            for i in range(count):
-                f[row + i] = 0.0
-            for option in range(n_o):
-                col = option * TILE
-                if several:
-                    for i in range(count):
-                        c = np.uint64(kind[i])
-                        a, g = own[c, j, option], neighbour[c, j, option]
-                        f[row + i] += tanh(a * z[col + i] + g * heard[col + i])
-                    continue
-                a, g = own[0, j, option], neighbour[0, j, option]
-                if a == 0.0 and g == 0.0:
-                    continue
-                if masked:
-                    for i in range(count):
-                        f[row + i] += on[col + i] * tanh(a * z[col + i] + g * heard[col + i])
-                else:
-                    for i in range(count):
-                        f[row + i] += tanh(a * z[col + i] + g * heard[col + i])
-            if several:
-                for i in range(count):
-                    d = resistance[np.uint64(kind[i]), j]
-                    f[row + i] = u[i] * f[row + i] - d * z[row + i] + b[row + i]
-            else:
-                d = resistance[0, j]
-                for i in range(count):
-                    f[row + i] = u[i] * f[row + i] - d * z[row + i] + b[row + i]
-            if masked:
-                for i in range(count):
-                    f[row + i] *= on[row + i]
-    _mean(count, n_o, f, share, mean)
-    _subtract(count, n_o, mean, on, f)
-
-
-@njit(cache=True, error_model="numpy")
-def _mean(count: int, n_o: int, planes: np.ndarray, share: np.ndarray, mean: np.ndarray) -> None:
-    """Sum over the options times share (1 / active options), agent by agent."""
-    for i in range(count):
-        mean[i] = planes[i]
-    for j in range(1, n_o):
-        row = j * TILE
-        for i in range(count):
-            mean[i] += planes[row + i]
-    for i in range(count):
-        mean[i] *= share[i]
-
-
-@njit(cache=True, error_model="numpy")
-def _subtract(count: int, n_o: int, mean: np.ndarray, on: np.ndarray, planes: np.ndarray) -> None:
-    """Take the mean from every active option (`on` planes; empty: all are active)."""
-    for j in range(n_o):
-        row = j * TILE
-        if on.size > 0:
-            for i in range(count):
-                planes[row + i] -= on[row + i] * mean[i]
-        else:
-            for i in range(count):
-                planes[row + i] -= mean[i]
-
-
-@njit(cache=True, error_model="numpy")
-def _mean_squares(count: int, n_o: int, z: np.ndarray, share: np.ndarray, square: np.ndarray) -> None:
-    """Mean of z^2 over the active options, agent by agent."""
-    for i in range(count):
-        square[i] = z[i] * z[i]
-    for j in range(1, n_o):
-        row = j * TILE
-        for i in range(count):
-            square[i] += z[row + i] * z[row + i]
-    for i in range(count):
-        square[i] *= share[i]
-
-
-@njit(cache=True, error_model="numpy")
-def _attention_rate(
-    count: int, u: np.ndarray, y: np.ndarray, kind: np.ndarray, attention: np.ndarray, rate: np.ndarray
-) -> None:
-    """u' of a tile, driven by y, into `rate`."""
-    if attention.shape[0] > 1:
-        for i in range(count):
-            tau_u, u_min, u_max, y_th, n = attention[np.uint64(kind[i])]
-            rate[i] = (hill(y[i], u_min, u_max, y_th, n) - u[i]) / tau_u
-        return
-    tau_u, u_min, u_max, y_th, n = attention[0]
-    if n == 2.0:  # the usual order, kept apart because it vectorises
-        for i in range(count):
-            ratio = y[i] / y_th
-            high = ratio > 1.0
-            p = 1.0 / ratio if high else ratio
-            p = p * p
-            rate[i] = (u_min + (u_max - u_min) * ((1.0 if high else p) / (1.0 + p)) - u[i]) / tau_u
-    else:
-        for i in range(count):
-            rate[i] = (hill(y[i], u_min, u_max, y_th, n) - u[i]) / tau_u
-
-
-@njit(cache=True, error_model="numpy")
-def _clip(count: int, u: np.ndarray, kind: np.ndarray, attention: np.ndarray) -> None:
-    """Keep attention within its limits."""
-    if attention.shape[0] > 1:
-        for i in range(count):
-            c = np.uint64(kind[i])
-            u[i] = min(max(u[i], attention[c, 1]), attention[c, 2])
-    else:
-        low, high = attention[0, 1], attention[0, 2]
-        for i in range(count):
-            value = low if u[i] < low else u[i]
-            u[i] = high if value > high else value
-
-
-# ---------------------------------------------------------------------------------------- the step
-
-
 @njit(cache=True, error_model="numpy")
 def _tile(
     tile: int, width: int, work: np.ndarray, method: int, dt: float, substeps: int, rates_only: bool,
@@ -289,9 +120,30 @@ def _tile(
         _gather_late(low, count, width, n, indptr, indices, lag, history, head, sums)
     else:
         _gather(low, count, width, indptr, indices, state, sums)
+    mine, written = state[low * width : (low + count) * width], z_next[low * width : (low + count) * width]
+    plain = uniform and n_o == 3 and dynamic and active.size == 0
+    if plain and method == EULER and attention[0, 4] == 2.0 and not rates_only:
+        now = u_now[low : low + count]
+        euler3(
+            count,
+            dt,
+            sums,
+            mine,
+            now,
+            b,
+            own[0],
+            neighbour[0],
+            resistance[0, 0],
+            attention[0],
+            u,
+            written,
+        )
+        for i in range(count):
+            u_next[low + i] = u[i]
+        return
     last = (width - 1) * TILE
-    _planes(count, width, sums, 0, heard)
-    _planes(count, width, state, low * width, z)
+    to_planes(count, width, sums, heard)
+    to_planes(count, width, mine, z)
     for i in range(count):
         square[i] = heard[last + i]
         own_square[i] = z[last + i]
@@ -316,15 +168,15 @@ def _tile(
         for stage in range(stages):
             if dynamic:
                 if stage > 0 or substep > 0:
-                    _mean_squares(count, n_o, z, share, own_square)
+                    mean_squares(count, n_o, z, share, own_square)
                 for i in range(count):
                     y[i] = own_square[i] + square[i]
-                _attention_rate(count, u, y, kind, attention, u_rate)
+                attention_rate(count, u, y, kind, attention, u_rate)
                 if method == REFERENCE:
                     for i in range(count):
                         u[i] += dt * u_rate[i]
-                    _clip(count, u, kind, attention)
-            _rate(
+                    clip_attention(count, u, kind, attention)
+            opinion_rate(
                 count, n_o, z, u, heard, b, on, share, kind, own, neighbour, resistance, uniform, f, y
             )  # fmt: skip
             if stages == 1:
@@ -342,7 +194,7 @@ def _tile(
                     u_total[i] += weight * u_rate[i]
                     u[i] = u_base[i] + ahead * u_rate[i]
         if rates_only:
-            _rows(count, width, f, z_next, low * width)
+            to_rows(count, width, f, written)
             for i in range(count):
                 u_next[low + i] = u_rate[i] if dynamic else 0.0
             return
@@ -364,17 +216,17 @@ def _tile(
                 u[i] = u_base[i] + (h / 6.0) * u_total[i]
 
     # Take out what round-off has put into the row sums, then hand over.
-    _mean(count, n_o, z, share, y)
-    _subtract(count, n_o, y, on, z)
-    _mean_squares(count, n_o, z, share, own_square)
+    option_mean(count, n_o, z, share, y)
+    subtract(count, n_o, y, on, z)
+    mean_squares(count, n_o, z, share, own_square)
     for j in range(n_o, width - 1):
         for i in range(count):
             z[j * TILE + i] = 0.0
     for i in range(count):
         z[last + i] = own_square[i]
-    _rows(count, width, z, z_next, low * width)
+    to_rows(count, width, z, written)
     if dynamic:
-        _clip(count, u, kind, attention)
+        clip_attention(count, u, kind, attention)
     for i in range(count):
         u_next[low + i] = u[i]
 

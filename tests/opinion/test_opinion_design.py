@@ -81,7 +81,7 @@ def option(name, **values):
 def test_traps_are_named():
     options = OptionSet(
         (
-            option("a", resistance=60.0, alpha=0.0, delta=(("b", 0.5),)),
+            option("a", resistance=25.0, alpha=0.0, delta=(("b", 0.5),)),
             option("b", outputs=(("OTHER", "B"),), input_gain=50.0, input_min=-100.0),
         )
     )

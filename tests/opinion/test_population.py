@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from opinion_engine import graphs, kernels
+from opinion_engine import graphs, kernels, population_kernels
 from opinion_engine.graphs import Graph
 from opinion_engine.model import Attention, Couplings, OpinionError, OpinionNetwork
 from opinion_engine.population import Links, Population
@@ -133,6 +133,37 @@ def test_the_result_does_not_depend_on_the_number_of_threads(n_options):
     many = min(4, numba.config.NUMBA_NUM_THREADS)
     for one, other in zip(end_state(1), end_state(many), strict=True):
         assert np.array_equal(one, other)
+
+
+def test_the_one_loop_for_three_options_gives_the_bits_of_the_general_path():
+    rng = np.random.default_rng(8)
+    graph = graphs.random_pairs(700, 6, rng)
+    b, z0 = rng.normal(size=(700, 3)), 2 * rng.normal(size=(700, 3))
+    population = Population(
+        graph, uniform(), attention=ATTENTION, inputs=b, z0=z0, u0=rng.uniform(0.45, 1.0, 700)
+    )
+    z, u = population.z.copy(), population.u.copy()
+    rates, rate_u = population._states(1)[0], np.empty(700)
+    population._sweep(
+        population_kernels.EULER,
+        0.3,
+        1,
+        True,
+        population._lag,
+        population._ring,
+        population._head,
+        u,
+        rates,
+        rate_u,
+    )
+    population.step(0.3, "euler")
+    ahead = z + 0.3 * rates[:, :3]
+    third = 1.0 / 3.0
+    ahead -= ((ahead[:, 0] + ahead[:, 1] + ahead[:, 2]) * third)[:, None]
+    assert np.array_equal(population.z, ahead)
+    assert np.array_equal(population.u, np.clip(u + 0.3 * rate_u, 0.45, 1.0))
+    squares = ahead[:, 0] ** 2 + ahead[:, 1] ** 2 + ahead[:, 2] ** 2
+    assert np.array_equal(population._ring[population._head][:, 3], squares * third)
 
 
 def test_serial_and_parallel_sweeps_give_the_same_bits(monkeypatch):
