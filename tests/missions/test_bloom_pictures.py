@@ -159,3 +159,11 @@ def test_every_figure_is_one_command_and_two_files(folder, tmp_path, monkeypatch
     assert cli.main(["bloom", "study", "nowhere.csv"]) == 1
     assert cli.main(["bloom", "simplex", str(tmp_path / "made")]) == 1
     assert len(capsys.readouterr().err.splitlines()) == 2
+
+
+@pytest.mark.parametrize("name", ["framework", "engine"])
+def test_the_drawings_are_one_command_each(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["bloom", name]) == 0
+    assert (tmp_path / f"{name}.svg").read_text().count("<path") > 20
+    assert (tmp_path / f"{name}.png").read_bytes().startswith(b"\x89PNG")
