@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from missions.bloom.environment import (
+    STORM_LABEL,
     Bloom,
     Environment,
     EnvironmentSettings,
@@ -24,7 +25,6 @@ from pymoos_lite.records.csp import RecordError, clip
 from pymoos_lite.records.node_report import NodeReport
 from pymoos_lite.records.view import circle_text
 
-STORM_LABEL = "storm"
 DRAWN_STEP = 0.5
 """Metres by which a circle must have changed to be drawn again."""
 

@@ -8,7 +8,7 @@ degrees, positions metres, times mission seconds.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import cos, hypot, inf, radians, sin
 
 from missions.bloom.allocation import METHODS
@@ -95,6 +95,7 @@ class Control:
         self.battery = Battery(settings.inputs)
         self.inputs = (0.0, 0.0, 0.0)
         self._grown = tuple(zone.grown_by_factor(GROWN) for zone in settings.zones)
+        self._middles = tuple(zone.area_centroid for zone in settings.zones)
         self._others: dict[str, tuple[float, float, float]] = {}
         self._contacts: frozenset[str] = frozenset()
         self._exploring: frozenset[str] = frozenset()
@@ -108,6 +109,7 @@ class Control:
         self._posts: list[Post] = []
         self._said: dict[str, Value] = {}
         self._ignore_due = True
+        self._told: Totals | None = None
 
     # --- news --------------------------------------------------------------------------------
 
@@ -213,13 +215,12 @@ class Control:
         if self._ignore_due:
             self._ignore_due = False
             self._post("PROX_SET_IGNORE_LIST", ",".join(sorted(self._contacts - self.explorers)))
-        for name, count in (
-            ("NUMBER_OF_SAMPLED_BLOOMS", str(self.totals.samples)),
-            ("NUMBER_OF_MIGRATIONS", float(self.totals.migrations)),
-            ("OPTION_CHANGES", float(self.totals.option_changes)),
-            ("SECONDS_IN_STORM", round(self.totals.in_storm, 3)),
-        ):
-            self._post_news(name, count)
+        if self.totals != self._told:
+            self._told = replace(self.totals)
+            self._post_news("NUMBER_OF_SAMPLED_BLOOMS", str(self.totals.samples))
+            self._post_news("NUMBER_OF_MIGRATIONS", float(self.totals.migrations))
+            self._post_news("OPTION_CHANGES", float(self.totals.option_changes))
+            self._post_news("SECONDS_IN_STORM", round(self.totals.in_storm, 3))
         self._post("N_ODOM_BLOOM_CTRL", self.odometer)
         posts, self._posts = self._posts, []
         return posts
@@ -311,7 +312,7 @@ class Control:
     def _steer(self) -> None:
         """Where to go to sample, and where to stay while sampling or waiting."""
         point = self.points.get(self.target or "")
-        cx, cy = self.settings.zones[self.zone].area_centroid
+        cx, cy = self._middles[self.zone]
         x, y = point or (cx + self.settings.standby[0], cy + self.settings.standby[1])
         sx, sy = self.sampling_at or (x, y)
         self._post_news("SAMPLE_AVAILABLE", "false" if point is None else "true")

@@ -22,6 +22,8 @@ FIRST_ZONE_SHARE = 0.49
 PLACING_TRIES = 11
 STORM_HEADINGS = (334.0, 154.0)
 DRAWS_TRIED = 10000
+STORM_LABEL = "storm"
+"""Label of the storm's circle; those of blooms are Bloom_1, Bloom_2 ..."""
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,11 @@ FROM_RUN = {
     "coalitions": "what each vessel did over time",
 }
 
+DRAWINGS = {
+    "framework": "a drawing of how a fleet decides",
+    "engine": "a drawing of one opinion engine",
+}
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     commands = parser.add_subparsers(dest="what", metavar="WHAT", required=True)
@@ -39,6 +44,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     study = commands.add_parser("study", help="what a study found, against the size of the fleet")
     study.add_argument("results", type=Path, metavar="RESULTS", help="results.csv of a study, or its folder")
     _out_argument(study, "study.png and study.svg")
+    for name, text in DRAWINGS.items():
+        _out_argument(commands.add_parser(name, help=text), f"{name}.png and {name}.svg")
 
 
 def _run_arguments(parser: argparse.ArgumentParser) -> None:
@@ -64,6 +71,12 @@ def run(args: argparse.Namespace) -> int:
     try:
         if args.what == "study":
             _write(_study(args.results), args.out, "study")
+            return 0
+        if args.what in DRAWINGS:
+            from missions.bloom import diagrams
+
+            made = diagrams.framework_figure() if args.what == "framework" else diagrams.engine_figure()
+            _write(made, args.out, args.what)
             return 0
         from missions.bloom.run_log import read_run
 

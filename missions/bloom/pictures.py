@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from missions.bloom.bloom_sim import STORM_LABEL
+from missions.bloom.environment import STORM_LABEL
 from missions.bloom.run_log import RunLog
 from missions.bloom.zones import XRAY, YANKEE
 from opinion_engine.plots import COLOURS, figure, into_limits, on_simplex

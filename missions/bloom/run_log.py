@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from missions.bloom.environment import STORM_LABEL
 from opinion_engine.fleet_log import fleet_history
 from opinion_engine.scenario import FleetHistory
 from pymoos_lite.geometry.shapes import Circle
@@ -147,5 +148,7 @@ def _circles(folder: Path) -> tuple[CircleEvent, ...]:
                 circle = parse_circle(entry.value)
             except RecordError:
                 continue
+            if not circle.label.startswith(("Bloom_", STORM_LABEL)):
+                continue  # somebody else's circle, such as those of the option markers
             found.append(CircleEvent(entry.time, circle.label, circle if circle.attributes.active else None))
     return tuple(sorted(found, key=lambda event: event.time))

@@ -77,6 +77,8 @@ APPS: tuple[Entry, ...] = (
     Entry("pHelmIvP", "ivp_helm.app:Helm", ("helm",), "Decides heading and speed by interval programming."),
     Entry("pOpinionManager", "opinion_engine.app:OpinionManager", ("opinion_manager",),
           "Integrates this vehicle's opinions."),
+    Entry("uOptionMarker", "opinion_engine.marker:OptionMarker", ("option_marker",),
+          "Draws a circle in the colour of the option each vessel favours."),
 )
 # fmt: on
 

@@ -48,6 +48,7 @@ def folder(tmp_path_factory):
         + line(50, "VIEW_CIRCLE", "x=-150,y=-300,radius=30,label=Bloom_1,edge_color=limegreen")
         + line(60, "VIEW_CIRCLE", "x=0,y=0,radius=180,label=storm,edge_color=dodger_blue")
         + line(100, "VIEW_CIRCLE", "x=0,y=0,label=Bloom_1,active=false,radius=0")
+        + line(20, "VIEW_CIRCLE", "x=1,y=1,radius=6,label=abe's opt_circ")
         + line(101, "VIEW_CIRCLE", "nonsense"),
     }
     for name, text in logs.items():
@@ -158,3 +159,11 @@ def test_every_figure_is_one_command_and_two_files(folder, tmp_path, monkeypatch
     assert cli.main(["bloom", "study", "nowhere.csv"]) == 1
     assert cli.main(["bloom", "simplex", str(tmp_path / "made")]) == 1
     assert len(capsys.readouterr().err.splitlines()) == 2
+
+
+@pytest.mark.parametrize("name", ["framework", "engine"])
+def test_the_drawings_are_one_command_each(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["bloom", name]) == 0
+    assert (tmp_path / f"{name}.svg").read_text().count("<path") > 20
+    assert (tmp_path / f"{name}.png").read_bytes().startswith(b"\x89PNG")

@@ -446,3 +446,13 @@ def test_the_order_of_arrival_of_timed_messages_does_not_matter(order):
 def test_settings_out_of_range_are_refused(values):
     with pytest.raises(OpinionError):
         EngineSettings(**values)
+
+
+def test_an_opinion_is_fresh_from_its_arrival_on_and_ordered_by_its_sending():
+    agent = engine()
+    late = "ben:leader:explore=1.0000:exploit=-0.5000:migrate=-0.5000"
+    assert agent.receive(late, 10.0, time=7.0), "three seconds on its way"
+    assert [n.name for n in agent.neighbours if 10.0 - n.time <= agent.settings.stale] == ["ben"]
+    assert not agent.receive(late, 10.5, time=6.5), "overtaken by the one before"
+    assert agent.receive(late, 11.0, time=8.0)
+    assert agent.counters.outdated == 1
