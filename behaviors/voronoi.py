@@ -118,7 +118,8 @@ class Voronoi(Behavior):
         if text != self._texts.get(variable, ""):
             self._texts[variable] = text
             try:
-                polygon = parse_polygon(text)
+                # A cell is convex by its making, but for round-off in the text.
+                polygon = parse_polygon(text, convex=variable == REGION)
                 self._shapes[variable] = polygon if polygon.attributes.active and len(polygon) >= 3 else None
             except ValueError as error:
                 self.warn(f"{variable}: {error}")

@@ -24,19 +24,20 @@ __all__ = ["Condition", "ConditionError", "ConditionSet", "holds", "parse_condit
 class ConditionSet:
     """Conditions that must all hold, ready to be asked in every iteration."""
 
-    __slots__ = ("_deltas", "items")
+    __slots__ = ("_deltas", "_tests", "items")
 
     def __init__(self, items: Iterable[Condition] = ()) -> None:
         self.items = tuple(items)
         self._deltas = any(_reads_delta(condition) for condition in self.items)
+        self._tests = [(condition.test, condition) for condition in self.items]
 
     def first_false(self, buffer: InfoBuffer) -> Condition | None:
         """The first condition that does not hold, None if all do."""
         lookup: Lookup = buffer.values.get
         if self._deltas:
             lookup = with_deltas(lookup, buffer.now)
-        for condition in self.items:
-            if not condition.holds(lookup):
+        for test, condition in self._tests:
+            if not test(lookup):
                 return condition
         return None
 

@@ -369,7 +369,10 @@ class Life:
             self._call(self.behavior.on_complete)
 
     def _post_status(self, state: str, blocked: str, function: IvPFunction | None) -> None:
-        key = (state, blocked, function and function.weight, function and function.pieces, self.counts)
+        # What the text is made of, and nothing that has to be worked out: functions are immutable.
+        weight = function.weight if function is not None else None
+        pieces = function.pieces if function is not None else None
+        key = (state, blocked, weight, pieces, self.updates_good, self.updates_total)
         if key != self._status_key:
             self._status_key = key
             text = f"name={self.name}"

@@ -13,6 +13,9 @@ MAP_CLEAR_PERIOD = 2.0
 """Least mission seconds between two forgettings of what was sent."""
 
 
+_new_tuple = tuple.__new__  # what HelmPost(...) does, in a third of the time
+
+
 class HelmPost(NamedTuple):
     """A value to publish; `aux` says which iteration and behaviour it came from."""
 
@@ -43,7 +46,7 @@ class Outbox:
 
     def post(self, variable: str, value: Value, aux: str = "") -> None:
         """Publish, always."""
-        self.posts.append(HelmPost(variable, value, aux))
+        self.posts.append(_new_tuple(HelmPost, (variable, value, aux)))
 
     def post_change(self, variable: str, value: Value, aux: str = "") -> None:
         """Publish if it differs from what was last published this way."""
@@ -57,16 +60,19 @@ class Outbox:
         """A behaviour's posts: into the buffer all of them, out of the helm those that say something new."""
         sent = self._sent
         out = self.posts
+        latest = self.latest
+        keep = buffer.set
+        now = buffer.now
         for variable, value, key, _ in posts:
-            buffer.set(variable, value)
+            keep(variable, value)
             if key is not None:
                 memory = (behavior, variable, key)
                 former = sent.get(memory)
                 if former == value and type(former) is type(value):
                     continue
                 sent[memory] = value
-            out.append(HelmPost(variable, value, aux))
-            self.latest[behavior, variable] = LastPost(variable, behavior, buffer.now, iteration, value)
+            out.append(_new_tuple(HelmPost, (variable, value, aux)))
+            latest[behavior, variable] = _new_tuple(LastPost, (variable, behavior, now, iteration, value))
 
     def forget_behavior(self, behavior: str) -> None:
         """A behaviour is gone; one of the same name starts afresh."""

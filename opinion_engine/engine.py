@@ -68,7 +68,7 @@ class EngineSettings:
 
 @dataclass(slots=True)
 class Neighbour:
-    """What is held of one neighbour: the last record, its time, and how often it was heard."""
+    """What is held of one neighbour: the last record, when it came and was sent, and how often it was heard."""
 
     name: str
     group: str
@@ -76,6 +76,7 @@ class Neighbour:
     text: str
     dominant: str | None = None  # '' undecided, None never said
     count: int = 0
+    sent: float = float("-inf")
 
 
 @dataclass(frozen=True, slots=True)
@@ -250,15 +251,16 @@ class OpinionEngine:
                 kernels.project_active(self._z, self._active)
 
     def receive(self, message: str | bytes, now: float, sender: str = "", time: float | None = None) -> bool:
-        """An opinion message from a neighbour, of mail time `time` (default now); True if it was taken.
+        """An opinion message from a neighbour, sent at `time` (default now); True if it was taken.
 
-        Text names its sender; a binary payload comes from `sender`, the carrier's source community. Not
+        It counts as fresh from now on, whatever its way took: clocks of vessels may differ. Text
+        names its sender; a binary payload comes from `sender`, the source community of its carrier. Not
         taken, and counted: messages during a reset, damaged ones, one's own, and those older than the record
         held (the last two are taken by the `reference` variant).
         """
         if now < self._reset_until:
             return False
-        stamp = now if time is None else min(time, now)
+        sent = now if time is None else min(time, now)
         try:
             record = self._parse(message, sender)
         except MessageError as error:
@@ -270,17 +272,18 @@ class OpinionEngine:
             if record.vname.lower() == self.name.lower():
                 self.counters.own += 1
                 return False
-            if row is not None and stamp < self._record_time[row]:
+            if row is not None and sent < self._neighbours[row].sent:
                 self.counters.outdated += 1
                 return False
         if row is None:
-            row = self._free_row(stamp, now)
+            row = self._free_row(now)
             if row is None:
                 self.counters.overflow += 1
                 return False
-            self._neighbours[row] = Neighbour(record.vname, record.group, stamp, "")
+            self._neighbours[row] = Neighbour(record.vname, record.group, now, "")
             self._row_of[record.vname] = row
-        self._store(row, record, stamp, message)
+        self._neighbours[row].sent = sent
+        self._store(row, record, now, message)
         self.counters.accepted += 1
         return True
 
@@ -294,16 +297,16 @@ class OpinionEngine:
         opinions = {name: z[j] for j, name in enumerate(self._names) if active[j]}
         return OpinionMessage(sender, "", opinions)
 
-    def _store(self, row: int, record: OpinionMessage, stamp: float, message: str | bytes) -> None:
+    def _store(self, row: int, record: OpinionMessage, now: float, message: str | bytes) -> None:
         neighbour = self._neighbours[row]
-        neighbour.time = stamp
+        neighbour.time = now
         neighbour.group = record.group or neighbour.group
         neighbour.count += 1
         neighbour.text = message if isinstance(message, str) else message.hex()
         dominant = record.dominant(self.settings.opinion_thresh)
         if dominant is not None:
             neighbour.dominant = dominant
-        self._record_time[row] = stamp
+        self._record_time[row] = now
         self._record_z[row] = 0.0
         square = 0.0
         for option, value in record.opinions.items():
@@ -313,7 +316,7 @@ class OpinionEngine:
                 self._record_z[row, j] = value
         self._record_square[row] = square / len(record.opinions) if record.opinions else 0.0
 
-    def _free_row(self, stamp: float, now: float) -> int | None:
+    def _free_row(self, now: float) -> int | None:
         """A row for a new neighbour: a fresh one, or that of the stalest; None when all are fresh and it is
         full.
         """
@@ -323,7 +326,7 @@ class OpinionEngine:
                 self._record_time = np.resize(self._record_time, 2 * count)
                 self._record_square = np.resize(self._record_square, 2 * count)
                 self._record_z = np.vstack([self._record_z, np.zeros_like(self._record_z)])
-            self._neighbours.append(Neighbour("", "", stamp, ""))
+            self._neighbours.append(Neighbour("", "", now, ""))
             return count
         row = int(np.argmin(self._record_time[:count]))
         if now - self._record_time[row] <= self.settings.stale:

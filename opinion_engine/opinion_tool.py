@@ -14,6 +14,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from matplotlib.figure import Figure
+
     from opinion_engine.model import Attention
     from opinion_engine.scenario import FleetHistory
 
@@ -201,11 +205,12 @@ def _draw(name: str, out: Path, seed: int, logs: tuple[str, ...] = ()) -> None:
         study = studies.simplex_study if name == "simplex" else studies.attention_study
         made = study(story, seed)
     else:
-        made = {
+        draw: dict[str, Callable[[int], Figure]] = {
             "pitchfork": studies.pitchfork_study,
             "basins": studies.basin_study,
             "cascade": studies.cascade_study,
-        }[name](seed)
+        }
+        made = draw[name](seed)
     made.savefig(out)
     print(f"{out}: {FIGURES[name]}")
 

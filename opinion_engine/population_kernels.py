@@ -254,12 +254,12 @@ def _clip(count: int, u: np.ndarray, kind: np.ndarray, attention: np.ndarray) ->
 @njit(cache=True, error_model="numpy")
 def _tile(
     tile: int, width: int, work: np.ndarray, method: int, dt: float, substeps: int, rates_only: bool,
-    indptr: np.ndarray,
-    indices: np.ndarray, lag: np.ndarray, history: np.ndarray, head: int, u_now: np.ndarray,
-    inputs: np.ndarray, active: np.ndarray, options: np.ndarray, kinds: np.ndarray, own: np.ndarray,
-    neighbour: np.ndarray, resistance: np.ndarray, attention: np.ndarray, dynamic: bool, uniform: bool,
-    z_next: np.ndarray, u_next: np.ndarray,
+    indptr: np.ndarray, indices: np.ndarray, lag: np.ndarray, history: np.ndarray, head: int,
+    u_now: np.ndarray, inputs: np.ndarray, active: np.ndarray, options: np.ndarray, kinds: np.ndarray,
+    own: np.ndarray, neighbour: np.ndarray, resistance: np.ndarray, attention: np.ndarray, dynamic: bool,
+    uniform: bool, z_next: np.ndarray, u_next: np.ndarray,
 ) -> None:  # fmt: skip
+    """One tile of `sweep`; width doubles per row, work (7 width + 8) * TILE doubles of scratch."""
     n, n_o = u_now.size, own.shape[1]
     state = history[head * n * width : (head + 1) * n * width]
     low = tile * TILE

@@ -12,9 +12,10 @@ import numpy as np
 
 from opinion_engine import analysis, graphs, plots, theory
 from opinion_engine.graphs import Graph
-from opinion_engine.model import Attention, Couplings, Floats, OpinionNetwork, simulate
+from opinion_engine.model import Attention, Couplings, Floats, OpinionNetwork
 from opinion_engine.population import Population
 from opinion_engine.scenario import FleetHistory, fleet_story
+from opinion_engine.simulation import simulate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,8 +57,11 @@ def _ends(
     return np.array(us), np.array(xs)
 
 
-def pitchfork_study(seed: int = 1) -> Figure:
-    """Agreement, disagreement, three options, and the fold under attention feedback: predicted and simulated."""
+def pitchfork_study(seed: int = 1, points: int = 15, starts: int = 3) -> Figure:
+    """Agreement, disagreement, three options, and the fold under attention feedback: predicted and simulated.
+
+    Simulated at `points` attentions, `starts` times each (twice as often for three options).
+    """
     rng = np.random.default_rng(seed)
     made, axes = plots.figure(9.2, 7.6, 2, 2)
     n = EXAMPLE_AGENTS
@@ -65,7 +69,7 @@ def pitchfork_study(seed: int = 1) -> Figure:
     a, c = theory.agreement_gains(n - 1, **EXAMPLE)
     u_star = theory.critical_attention(complete, **EXAMPLE).u_star
     assert u_star is not None
-    fine, coarse = np.linspace(u_star, 2.0 * u_star, 200), np.linspace(0.55, 1.95, 15) * u_star
+    fine, coarse = np.linspace(u_star, 2.0 * u_star, 200), np.linspace(0.55, 1.95, points) * u_star
     x = np.array([theory.two_option_amplitude(a, c, u) for u in fine])
     leading = np.array([theory.two_option_leading_order(a, c, u, u_star) for u in fine])
     below, above = np.linspace(0.5 * u_star, u_star, 2), np.linspace(u_star, 2.0 * u_star, 2)
@@ -73,7 +77,7 @@ def pitchfork_study(seed: int = 1) -> Figure:
     two = OpinionNetwork.homogeneous(complete, 2, **EXAMPLE)
     plots.pitchfork_panel(
         axes[0, 0], "agreement, two options, 4 agents", [*neutral, (fine, x, True), (fine, -x, True)],
-        _ends(two, u_star, coarse, 3, rng), u_star, (fine, leading),
+        _ends(two, u_star, coarse, starts, rng), u_star, (fine, leading),
     )  # fmt: skip
     axes[0, 0].set_ylabel("opinion about option 1")
     made.legend(loc="outside lower center", ncols=4, fontsize=9, frameon=False)
@@ -89,7 +93,7 @@ def pitchfork_study(seed: int = 1) -> Figure:
     plots.pitchfork_panel(
         axes[0, 1], "disagreement, two options, ring of 6",
         [(below, np.zeros(2), True), (above, np.zeros(2), False), (fine_ring, x, True), (fine_ring, -x, True)],
-        _ends(six, ring_star, np.linspace(0.55, 1.95, 15) * ring_star, 3, rng), ring_star,
+        _ends(six, ring_star, np.linspace(0.55, 1.95, points) * ring_star, starts, rng), ring_star,
     )  # fmt: skip
 
     three = OpinionNetwork.homogeneous(complete, 3, **EXAMPLE)
@@ -98,7 +102,7 @@ def pitchfork_study(seed: int = 1) -> Figure:
     branches = [*neutral, (fine, s, True), (fine, -s / 2, True), (fine, -s, True), (fine, s / 2, True)]
     plots.pitchfork_panel(
         axes[1, 0], "agreement, three options: winner, rejected, split (saddle)",
-        [*branches, (fine, q, False), (fine, -q, False)], _ends(three, u_star, coarse, 6, rng), u_star,
+        [*branches, (fine, q, False), (fine, -q, False)], _ends(three, u_star, coarse, 2 * starts, rng), u_star,
     )  # fmt: skip
     axes[1, 0].set_ylabel("opinion about option 1")
     _fold(axes[1, 1], two)

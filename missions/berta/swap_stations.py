@@ -1,7 +1,7 @@
 """pSwapStations: gives every vessel of the berta mission a station, and lets pairs swap theirs for ever.
 
 Every `interval` seconds two vessels, drawn at random from those that have arrived, change places. A vessel
-that does not make for its station is told again: what is sent over the bridge may be lost.
+that does not start, or does not make for its station, is told again: what is sent over the bridge may be lost.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ PATIENCE = 20.0
 """Seconds in which a vessel under way must have come nearer to its station."""
 
 PROGRESS = 5.0
+ASK_AGAIN = 15.0
+"""Seconds after which a vessel that was deployed and does not sail is deployed again."""
 
 
 def parse_names(text: str) -> list[str]:
@@ -49,6 +51,8 @@ class Vessel:
         self.told_at = float("-inf")
         self.distance_then = float("inf")
         self.swaps = 0
+        self.sails = False
+        self.asked_at = float("-inf")
 
 
 class SwapStations(App):
@@ -104,12 +108,16 @@ class SwapStations(App):
             elif message.name == "DEPLOY_ALL" and message.text == "true" and self.deployed_at is None:
                 self.deployed_at = self.now
                 self.next_swap = self.now + self.config.interval
+                self._assign()
 
     def iterate(self) -> None:
         if self.deployed_at is None:
             return
         for name, vessel in self.vessels.items():
-            self._remind(name, vessel)
+            if vessel.sails:
+                self._remind(name, vessel)
+            elif vessel.place is not None and self.now - vessel.asked_at >= ASK_AGAIN:
+                self._deploy(name, vessel)
         if self.now >= self.next_swap:
             self.next_swap += self.config.interval
             self._swap()
@@ -118,17 +126,40 @@ class SwapStations(App):
 
     def distance(self, vessel: Vessel) -> float:
         """Metres from a vessel to its station; infinite while it has not been heard."""
-        if vessel.place is None:
-            return float("inf")
-        x, y = self.station(vessel.station)
+        return float("inf") if vessel.place is None else self._way(vessel, vessel.station)
+
+    def _assign(self) -> None:
+        """Give out the stations so that the ways to them are short together, and so do not cross."""
+        from scipy.optimize import linear_sum_assignment
+
+        heard = [vessel for vessel in self.vessels.values() if vessel.place is not None]
+        silent = [vessel for vessel in self.vessels.values() if vessel.place is None]
+        stations = range(len(self.vessels))
+        ways = [[self._way(vessel, station) for station in stations] for vessel in heard]
+        chosen = [int(i) for i in linear_sum_assignment(ways)[1]] if heard else []
+        left = [station for station in stations if station not in chosen]
+        for vessel, station in zip(heard + silent, chosen + left, strict=True):
+            vessel.station = station
+
+    def _way(self, vessel: Vessel, station: int) -> float:
+        assert vessel.place is not None
+        x, y = self.station(station)
         return hypot(vessel.place[0] - x, vessel.place[1] - y)
+
+    def _deploy(self, name: str, vessel: Vessel) -> None:
+        """The command to all may have been lost on its way to one; once it sails it is left alone."""
+        if vessel.asked_at > float("-inf"):
+            self.notify(f"DEPLOY_{name.upper()}", "true")
+            self.notify(f"MOOS_MANUAL_OVERRIDE_{name.upper()}", "false")
+        vessel.asked_at = self.now
 
     def _remind(self, name: str, vessel: Vessel) -> None:
         """Tell a vessel its station, first of all and whenever it makes no way towards it."""
         if vessel.place is None or self.now - vessel.told_at < PATIENCE:
             return
         distance = self.distance(vessel)
-        if distance > ARRIVED and distance > vessel.distance_then - PROGRESS:
+        never_told = vessel.told_at == float("-inf")
+        if never_told or (distance > ARRIVED and distance > vessel.distance_then - PROGRESS):
             self._tell(name, vessel)
         vessel.told_at, vessel.distance_then = self.now, distance
 
@@ -161,6 +192,7 @@ class SwapStations(App):
         vessel = self.vessels.get(report.name)
         if vessel is not None and report.x is not None and report.y is not None:
             vessel.place = report.x, report.y
+            vessel.sails = vessel.sails or report.mode.startswith("MODE@ACTIVE")
 
     # --- encounters --------------------------------------------------------------------------
 

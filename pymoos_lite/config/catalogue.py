@@ -51,8 +51,7 @@ APPS: tuple[Entry, ...] = (
           "Simulates a field of obstacles."),
     Entry("uFldCollObDetect", "pymoos_lite.marine.obstacle_collisions:ObstacleCollisions", (),
           "Referee of vessels and obstacles."),
-    Entry("uFldPathCheck", "pymoos_lite.marine.path_check:PathCheck", ("path_check",),
-          "Odometers of all vessels."),
+    Entry("uFldPathCheck", "pymoos_lite.marine.path_check:PathCheck", ("path_check",), "Odometers of all vessels."),
     Entry("pShare", "pymoos_lite.field.share:ShareApp", ("share",), "Bridges variables to other communities."),
     Entry("pHostInfo", "pymoos_lite.field.host_info:HostInfo", ("host_info",),
           "Says where this community can be reached."),
@@ -84,7 +83,7 @@ APPS: tuple[Entry, ...] = (
 VIEWERS = ("pMarineViewer", "uMAC", "uMACView", "uXMS", "uFldScope")
 """Programs of a person's screen: `pymoos` has its own, so a mission that starts them is not faulty."""
 
-# fmt: off  (a line each)
+# fmt: off
 BEHAVIORS: tuple[Entry, ...] = (
     Entry("BHV_Waypoint", "behaviors.waypoint:Waypoint", (), "Traverses a list of points."),
     Entry("BHV_Loiter", "behaviors.loiter:Loiter", (), "Goes around a convex polygon."),
@@ -93,37 +92,20 @@ BEHAVIORS: tuple[Entry, ...] = (
     Entry("BHV_ConstantHeading", "behaviors.constant_heading:ConstantHeading", (), "Keeps a heading."),
     Entry("BHV_ConstantDepth", "behaviors.constant_depth:ConstantDepth", (), "Keeps a depth."),
     Entry("BHV_Timer", "behaviors.timer:Timer", (), "Counts seconds while its conditions hold."),
-    Entry(
-        "BHV_OpRegionV24",
-        "behaviors.op_region_v24:OpRegionV24",
-        (),
-        "Steers back into a region, stops outside.",
-    ),
-    Entry(
-        "BHV_AvoidCollision",
-        "behaviors.avoid_collision:AvoidCollision",
-        (),
-        "Keeps away from another vessel.",
-    ),
+    Entry("BHV_OpRegionV24", "behaviors.op_region_v24:OpRegionV24", (), "Steers back into a region, stops outside."),
+    Entry("BHV_AvoidCollision", "behaviors.avoid_collision:AvoidCollision", (), "Keeps away from another vessel."),
     Entry("BHV_AvoidObstacleV24", "behaviors.avoid_obstacle:AvoidObstacle",
-          ("BHV_AvoidObstacleV21", "BHV_AvoidObstacle", "BHV_AvoidObstacleX"), "Keeps clear of an obstacle."),
+          ("BHV_AvoidObstacleV21", "BHV_AvoidObstacle", "BHV_AvoidObstacleX"),
+          "Keeps clear of an obstacle."),
     Entry("BHV_CutRange", "behaviors.cut_range:CutRange", (), "Pursues another vessel."),
     Entry("BHV_Trail", "behaviors.trail:Trail", (), "Keeps a place relative to another vessel."),
     Entry("BHV_Shadow", "behaviors.shadow:Shadow", (), "Takes the course and speed of another vessel."),
     Entry("BHV_Convoy", "behaviors.convoy:Convoy", (), "Follows in another vessel's wake."),
-    Entry(
-        "BHV_OpRegionRecover", "behaviors.op_region_recover:OpRegionRecover", (), "Steers back into a region."
-    ),
+    Entry("BHV_OpRegionRecover", "behaviors.op_region_recover:OpRegionRecover", (), "Steers back into a region."),
     Entry("BHV_MoveToRegion", "behaviors.move_to_region:MoveToRegion", (), "Goes into a region."),
-    Entry(
-        "BHV_Voronoi", "behaviors.voronoi:Voronoi", ("BHV_Voronoi2",), "Goes to the middle of the own cell."
-    ),
-    Entry(
-        "BHV_SearchControl",
-        "behaviors.region_search:SearchControl",
-        ("BHV_RegionSearchControl",),
-        "Keeps moving inside a region.",
-    ),
+    Entry("BHV_Voronoi", "behaviors.voronoi:Voronoi", ("BHV_Voronoi2",), "Goes to the middle of the own cell."),
+    Entry("BHV_SearchControl", "behaviors.region_search:SearchControl", ("BHV_RegionSearchControl",),
+          "Keeps moving inside a region."),
     Entry("BHV_GoToDepth", "behaviors.go_to_depth:GoToDepth", (), "Goes to one depth after the other."),
     Entry("BHV_MaxSpeed", "behaviors.max_speed:MaxSpeed", (), "Limits the speed."),
     Entry("BHV_MaxDepth", "behaviors.max_depth:MaxDepth", (), "Limits the depth."),
@@ -133,50 +115,20 @@ BEHAVIORS: tuple[Entry, ...] = (
     Entry("BHV_MemoryTurnLimit", "behaviors.memory_turn_limit:MemoryTurnLimit", (), "Allows no hard turns."),
     Entry("BHV_ZigZag", "behaviors.zig_zag:ZigZag", (), "Swings to and fro about a heading."),
     Entry("BHV_LegRun", "behaviors.leg_run:LegRun", (), "Sails a race track between two points."),
-    Entry(
-        "BHV_FixedTurn",
-        "behaviors.fixed_turn:FixedTurn",
-        ("BHV_FixTurn",),
-        "Turns by an angle and measures the circle.",
-    ),
+    Entry("BHV_FixedTurn", "behaviors.fixed_turn:FixedTurn", ("BHV_FixTurn",),
+          "Turns by an angle and measures the circle."),
     Entry("BHV_FullStop", "behaviors.full_stop:FullStop", (), "Comes to a stop."),
-    Entry(
-        "BHV_PeriodicSpeed",
-        "behaviors.periodic_speed:PeriodicSpeed",
-        (),
-        "Asks for a speed from time to time.",
-    ),
-    Entry(
-        "BHV_PeriodicSurface", "behaviors.periodic_surface:PeriodicSurface", (), "Comes up from time to time."
-    ),
-    Entry(
-        "BHV_RStationKeep",
-        "behaviors.r_station_keep:RStationKeep",
-        (),
-        "Keeps a place beside another vessel.",
-    ),
-    Entry(
-        "BHV_MaintainHeading",
-        "behaviors.maintain_heading:MaintainHeading",
-        (),
-        "Keeps the heading it began with.",
-    ),
+    Entry("BHV_PeriodicSpeed", "behaviors.periodic_speed:PeriodicSpeed", (), "Asks for a speed from time to time."),
+    Entry("BHV_PeriodicSurface", "behaviors.periodic_surface:PeriodicSurface", (), "Comes up from time to time."),
+    Entry("BHV_RStationKeep", "behaviors.r_station_keep:RStationKeep", (), "Keeps a place beside another vessel."),
+    Entry("BHV_MaintainHeading", "behaviors.maintain_heading:MaintainHeading", (), "Keeps the heading it began with."),
     Entry("BHV_HeadingBias", "behaviors.heading_bias:HeadingBias", (), "Prefers one side of the heading."),
     Entry("BHV_HeadingChange", "behaviors.heading_change:HeadingChange", (), "Turns by an angle."),
     Entry("BHV_Hysteresis", "behaviors.hysteresis:Hysteresis", (), "Holds on to the heading."),
-    Entry(
-        "BHV_HeadingHysteresis",
-        "behaviors.hysteresis:HeadingHysteresis",
-        (),
-        "Tells how steady the course asked for is.",
-    ),
+    Entry("BHV_HeadingHysteresis", "behaviors.hysteresis:HeadingHysteresis", (),
+          "Tells how steady the course asked for is."),
     Entry("BHV_AbortToPoint", "behaviors.abort_to_point:AbortToPoint", (), "Makes for a point."),
-    Entry(
-        "BHV_TestFailure",
-        "behaviors.deliberate_failure:TestFailure",
-        (),
-        "Fails on purpose, to test watchdogs.",
-    ),
+    Entry("BHV_TestFailure", "behaviors.deliberate_failure:TestFailure", (), "Fails on purpose, to test watchdogs."),
     Entry("BHV_HSLine", "behaviors.hs_line:HSLine", (), "Draws the heading asked for."),
     Entry("BHV_BearingLine", "behaviors.bearing_line:BearingLine", (), "Draws a line towards a point."),
     Entry("BHV_PModelView", "behaviors.p_model_view:PModelView", (), "Draws how the vessel will turn."),

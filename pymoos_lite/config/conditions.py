@@ -83,17 +83,18 @@ Node = Relation | Not | Joined
 class Condition:
     """A parsed condition. Equal if the trees are equal; `str` gives text that parses to the same tree."""
 
-    __slots__ = ("_test", "root", "text", "warnings")
+    __slots__ = ("root", "test", "text", "warnings")
 
     def __init__(self, root: Node, text: str = "", warnings: tuple[str, ...] = ()) -> None:
         self.root = root
         self.text = text or print_node(root)
         self.warnings = warnings
-        self._test = compile_node(root)
+        self.test = compile_node(root)
+        """The condition compiled: what `holds` calls, for those who ask very often."""
 
     def holds(self, lookup: Lookup) -> bool:
         """Whether the condition is true for the values that `lookup` gives."""
-        return self._test(lookup)
+        return self.test(lookup)
 
     def variables(self) -> tuple[str, ...]:
         """Names of the variables, in order of appearance, each once; `$(NAME)` references included."""

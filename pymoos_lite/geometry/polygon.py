@@ -18,7 +18,7 @@ from pymoos_lite.geometry.segments import (
     dist_to_ray,
     dist_to_segments,
     nearest_on_segment,
-    ray_dist_to_segment,
+    ray_dist_to_segments,
     segment_dist_to_segment,
     segments_cross,
 )
@@ -174,8 +174,7 @@ class Polygon(SegList):
 
     def ray_dist(self, x: float, y: float, heading: float) -> float:
         """Distance along the ray from (x, y) to the first edge it meets; -1 when it meets none."""
-        hits = [d for d in (ray_dist_to_segment(*edge, x, y, heading) for edge in self.edges) if d >= 0.0]
-        return min(hits, default=MISS)
+        return ray_dist_to_segments(self.edges, x, y, heading)
 
     def dist_to_segment(self, x1: float, y1: float, x2: float, y2: float) -> float:
         """Distance between a segment and the polygon, 0 inside as well; -1 without vertices."""

@@ -82,6 +82,35 @@ def ray_dist_to_segment(
     return 0.0 if along >= -_TOUCH * (abs(a1) + abs(a2)) else MISS
 
 
+def ray_dist_to_segments(
+    segments: Iterable[tuple[float, float, float, float]], px: float, py: float, heading: float
+) -> float:
+    """Distance along the ray from (px, py) to the first of several segments it meets; -1 when it meets none."""
+    ux, uy = unit_vector(heading)
+    best = math.inf
+    # `ray_dist_to_segment` written out: behaviours ask this of every edge in every iteration.
+    for x1, y1, x2, y2 in segments:
+        r1 = (x1 - px) * uy - (y1 - py) * ux
+        r2 = (x2 - px) * uy - (y2 - py) * ux
+        if (r1 > 0.0 and r2 > 0.0) or (r1 < 0.0 and r2 < 0.0):
+            continue
+        a1 = (x1 - px) * ux + (y1 - py) * uy
+        a2 = (x2 - px) * ux + (y2 - py) * uy
+        if r1 == r2:
+            if max(a1, a2) < 0.0:
+                continue
+            along = max(0.0, min(a1, a2))
+        else:
+            along = a1 + (a2 - a1) * r1 / (r1 - r2)
+            if along < 0.0:
+                if along < -_TOUCH * (abs(a1) + abs(a2)):
+                    continue
+                along = 0.0
+        if along < best:
+            best = along
+    return best if best < math.inf else MISS
+
+
 def dist_to_ray(rx: float, ry: float, heading: float, px: float, py: float) -> float:
     """Distance from (px, py) to the ray that starts at (rx, ry)."""
     ux, uy = unit_vector(heading)

@@ -10,6 +10,11 @@ from pymoos_lite.geometry.geodesy import Geodesy, GeodesyError
 from pymoos_lite.marine.vessel_model import Pose
 from pymoos_lite.records.csp import num
 
+_WORDS = (
+    *("X", "Y", "LAT", "LONG", "HEADING", "SPEED", "DEPTH", "HEADING_OVER_GROUND", "SPEED_OVER_GROUND"),
+    *("ALTITUDE", "Z", "PITCH", "YAW"),
+)
+
 
 class NavigationOutput:
     """Posts poses under one prefix.
@@ -28,6 +33,7 @@ class NavigationOutput:
         summary: bool,
     ) -> None:
         self.prefix = prefix
+        self._named = {word: f"{prefix}_{word}" for word in _WORDS}
         self._app = app
         self._geodesy = geodesy
         self._max_speed = max_speed
@@ -36,23 +42,23 @@ class NavigationOutput:
 
     def publish(self, pose: Pose, reverse: bool, stopped: bool, water_depth: float) -> None:
         """Post one state; `reverse` turns the heading round, `stopped` shows no speed, depth 0 is unknown."""
-        post, prefix = self._app.notify, self.prefix
+        post, named = self._app.notify, self._named
         heading = angle360(pose.heading + 180.0) if reverse else pose.heading
-        post(f"{prefix}_X", pose.x)
-        post(f"{prefix}_Y", pose.y)
+        post(named["X"], pose.x)
+        post(named["Y"], pose.y)
         if self._geodesy is not None:
             self._post_latlon(self._geodesy, pose.x, pose.y)
-        post(f"{prefix}_HEADING", heading)
-        post(f"{prefix}_SPEED", 0.0 if stopped else self._shown(pose.speed))
-        post(f"{prefix}_DEPTH", pose.depth)
-        post(f"{prefix}_HEADING_OVER_GROUND", pose.heading_over_ground)
-        post(f"{prefix}_SPEED_OVER_GROUND", 0.0 if stopped else pose.speed_over_ground)
+        post(named["HEADING"], heading)
+        post(named["SPEED"], 0.0 if stopped else self._shown(pose.speed))
+        post(named["DEPTH"], pose.depth)
+        post(named["HEADING_OVER_GROUND"], pose.heading_over_ground)
+        post(named["SPEED_OVER_GROUND"], 0.0 if stopped else pose.speed_over_ground)
         if water_depth > 0.0:
-            post(f"{prefix}_ALTITUDE", max(0.0, water_depth - pose.depth))
+            post(named["ALTITUDE"], max(0.0, water_depth - pose.depth))
         if self._underwater:
-            post(f"{prefix}_Z", 0.0 - pose.depth)  # and never -0
-            post(f"{prefix}_PITCH", pose.pitch + 0.0)
-            post(f"{prefix}_YAW", 0.0 - math.radians(angle180(heading)))
+            post(named["Z"], 0.0 - pose.depth)  # and never -0
+            post(named["PITCH"], pose.pitch + 0.0)
+            post(named["YAW"], 0.0 - math.radians(angle180(heading)))
 
     def _post_latlon(self, geodesy: Geodesy, x: float, y: float) -> None:
         try:
@@ -60,8 +66,8 @@ class NavigationOutput:
         except GeodesyError:
             self._app.run_warning("The vessel is too far from the datum to have a latitude and longitude")
             return
-        self._app.notify(f"{self.prefix}_LAT", lat)
-        self._app.notify(f"{self.prefix}_LONG", lon)
+        self._app.notify(self._named["LAT"], lat)
+        self._app.notify(self._named["LONG"], lon)
         if self._summary:
             text = f"x={num(x, 3)},y={num(y, 3)},lat={num(lat, 7)},lon={num(lon, 7)}"
             self._app.notify("USM_NAVPOS_SUMMARY", text)

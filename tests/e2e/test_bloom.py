@@ -53,7 +53,7 @@ class Story:
 
     def __init__(self, out, duration, **macros):
         plan = load(out, **macros)
-        self.host = Lockstep(1, None)
+        self.host = Lockstep(1, None, stagger=True)
         add_fleet(self.host, plan)
         deploy_in_lockstep(self.host, plan)
         self.names = plan.fleet.vehicle_names()
@@ -186,7 +186,7 @@ def test_no_two_vessels_collide(story):
 @pytest.mark.parametrize(("encoding", "rate"), [("i8", 3.0), ("i16", 6.0), ("f32", 12.0)])
 def test_compact_opinions_cost_the_same_few_bytes_in_any_fleet_and_are_heard(tmp_path, encoding, rate):
     for vehicles in (2, 4):
-        host = Lockstep(1, None)
+        host = Lockstep(1, None, stagger=True)
         plan = load(tmp_path / str(vehicles), vehicles, ENCODING=encoding)
         add_fleet(host, plan)
         deploy_in_lockstep(host, plan)
@@ -205,7 +205,7 @@ def digest(out, method, seconds=45.0):
     plan = plan_fleet(
         load_fleet(path, 2, 3, ["paper", "quiet", method]), path.resolve().parent, out, warp=1.0
     )
-    host = Lockstep(3, None)
+    host = Lockstep(3, None, stagger=True)
     add_fleet(host, plan)
     deploy_in_lockstep(host, plan)
     host.run(seconds)
@@ -283,3 +283,33 @@ def test_check_prints_which_behaviours_each_option_activates(capsys):
     assert [cell[0] for cell in rows["migrating"]] == ["0", "0", "1"]
     assert rows["recover"] == ["1", "1", "1"]
     assert "warning" not in text.replace("0 warnings", "")
+
+
+@pytest.mark.slow
+def test_in_real_time_over_udp_vessels_hear_each_other_and_choose(tmp_path):
+    words = [
+        "launch",
+        "bloom",
+        "--preset",
+        "field",
+        "--vehicles",
+        "2",
+        "--warp",
+        "3",
+        "--duration",
+        "60",
+        "--plain",
+    ]
+    run = subprocess.run(
+        [sys.executable, "-m", "pymoos_lite.tools.cli", *words, "--macro", "COMMS_RANGE=1000", "--seed", "1",
+         "--log-dir", str(tmp_path)],
+        capture_output=True, text=True, timeout=300, check=False, cwd=tmp_path,
+    )  # fmt: skip
+    assert run.returncode == 0, run.stdout + run.stderr
+    for own, other in (("abe", "ben"), ("ben", "abe")):
+        (log,) = tmp_path.rglob(f"LOG_{own.upper()}*.alog")
+        entries = [line.split(None, 3) for line in log.read_text().splitlines() if not line.startswith("%")]
+        said = {name: [e[3].strip() for e in entries if len(e) == 4 and e[1] == name] for name in WATCHED}
+        assert "EXPLORE" in said["OPTION"]
+        assert any(other in names for names in said["EXPLORE_LIST"])
+        assert any(other in names for names in said["CONTACTS_LIST"])

@@ -71,7 +71,7 @@ class Sailed:
         duration: float | None = None,
     ) -> None:
         self.recorded = recorded
-        host = Lockstep(seed)
+        host = Lockstep(seed, stagger=True)
         self.mail: dict[str, list[Any]] = {}
         for name in ("shoreside", *recorded.vehicles):
             plan = load_plan(str(recorded.folder / f"{name}.moos"))

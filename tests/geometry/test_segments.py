@@ -89,3 +89,14 @@ def test_the_turn_gap_is_measured_from_the_circle_on_the_chosen_side() -> None:
     assert seg.turn_gap(0, 0, 0, 10, *line, right=True) == 10.0
     assert seg.turn_gap(0, 0, 0, 10, *line, right=False) == 30.0
     assert seg.turn_gap(15, 0, 0, 10, *line, right=True) == 0.0
+
+
+@given(
+    st.lists(st.tuples(*[st.integers(-9, 9).map(float)] * 4), max_size=6),
+    st.integers(-9, 9),
+    st.integers(-9, 9),
+    st.sampled_from([0.0, 30.0, 45.0, 90.0, 180.0, 271.5]),
+)
+def test_the_first_of_several_segments_is_the_nearest_that_the_ray_meets(segments, x, y, heading):
+    hits = [d for d in (seg.ray_dist_to_segment(*s, x, y, heading) for s in segments) if d >= 0.0]
+    assert seg.ray_dist_to_segments(segments, x, y, heading) == min(hits, default=-1.0)

@@ -32,7 +32,9 @@ def report(*words: object) -> None:
 
 def run_database(port: int, mail_bytes: int = 64 << 20) -> None:
     clock = RealClock()
-    limits = ServerLimits(mail_bytes=mail_bytes)
+    # Posts wait longer for returning readers than by default: on a machine that is busy with other tests
+    # a reader may need more than two seconds to come back.
+    limits = ServerLimits(mail_bytes=mail_bytes, gathering=8.0)
     server = DatabaseServer(Database("alpha", clock.now()), clock, port=port, limits=limits)
     report("ready", server.address[1])
     while True:

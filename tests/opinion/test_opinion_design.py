@@ -35,7 +35,7 @@ def test_the_patterns_of_the_bloom_mission_have_the_known_thresholds():
     assert on_a_line[0].u_star == pytest.approx(0.0234, abs=5e-5)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     st.fixed_dictionaries({k: st.floats(-1, 1) for k in ("alpha", "beta", "gamma", "delta")}),
     st.integers(2, 4),

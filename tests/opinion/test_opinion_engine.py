@@ -127,7 +127,7 @@ def paper_oracle(options, attention, z, u, heard, square, b, dt, steps=1500):
     return z, u
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(
     st.lists(st.floats(-20, 20), min_size=3, max_size=3),
     st.lists(st.floats(-100, 100), min_size=3, max_size=3),
@@ -389,7 +389,7 @@ events = st.lists(
 
 
 @pytest.mark.parametrize("model", ["paper", "reference"])
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=120)
 @given(script=events)
 def test_no_stream_of_messages_breaks_the_engine(model, script):
     options = fleet()

@@ -79,7 +79,7 @@ def test_a_network_without_positions_cannot_be_drawn():
 
 @pytest.mark.slow
 def test_simulated_points_lie_on_the_predicted_branches():
-    made = studies.pitchfork_study(seed=3)
+    made = studies.pitchfork_study(seed=3, points=8, starts=1)
     for axis in made.axes[:3]:
         dots = next(line for line in axis.lines if line.get_marker() == "o")
         solid = [

@@ -11,10 +11,10 @@ from opinion_engine.model import (
     Couplings,
     OpinionNetwork,
     input_value,
-    simulate,
     strongest,
     weighted_decision,
 )
+from opinion_engine.simulation import simulate
 
 CASES = [
     json.loads(p.read_text()) for p in sorted((Path(__file__).parents[1] / "data/opinion").glob("*.json"))

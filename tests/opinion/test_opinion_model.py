@@ -7,17 +7,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from opinion_engine import kernels
+from opinion_engine import kernels, network_kernels
 from opinion_engine.model import (
     Attention,
     Couplings,
     OpinionError,
     OpinionNetwork,
     input_value,
-    simulate,
     strongest,
     weighted_decision,
 )
+from opinion_engine.simulation import simulate
 
 ATTENTION = Attention(tau_u=2.0, u_min=0.4, u_max=1.3, y_th=0.6, n=2.0)
 
@@ -66,7 +66,7 @@ def state(rng, network, size=1.0):
 shapes = (st.integers(1, 5), st.integers(1, 5), st.integers(0, 2**32 - 1))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(*shapes, st.booleans())
 def test_the_kernel_is_the_equation(n, n_options, seed, some_inactive):
     rng = np.random.default_rng(seed)
@@ -127,7 +127,7 @@ def test_the_network_integrator_has_order_four():
     def run(h):
         z, u = z0.copy(), np.full(4, ATTENTION.u_min)
         rows = np.tile(ATTENTION.row, (4, 1))
-        kernels.network_rk4(
+        network_kernels.network_rk4(
             z, u, 2.0, round(2.0 / h), network._kernel_tensor, network.links, network.resistance, b,
             network.active, rows, True,
         )  # fmt: skip
@@ -164,7 +164,7 @@ def end_of(network, z0, b, *, attention=ATTENTION, u0=None, t=3.0, max_step=0.05
     return motion.z[-1], motion.u[-1]
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(*shapes, st.booleans())
 def test_rows_sum_to_zero_inactive_options_stay_zero_and_attention_stays_inside(
     n, n_options, seed, some_inactive
@@ -177,7 +177,7 @@ def test_rows_sum_to_zero_inactive_options_stay_zero_and_attention_stays_inside(
     assert np.all((u >= ATTENTION.u_min) & (u <= ATTENTION.u_max))
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(*shapes)
 def test_renaming_options_or_agents_renames_the_result(n, n_options, seed):
     rng = np.random.default_rng(seed)
@@ -194,7 +194,7 @@ def test_renaming_options_or_agents_renames_the_result(n, n_options, seed):
     assert np.allclose(u[who], other_u, rtol=0, atol=1e-11)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(*shapes, st.floats(0.3, 3.0))
 def test_scaling_resistance_attention_and_input_scales_time(n, n_options, seed, s):
     rng = np.random.default_rng(seed)
@@ -206,7 +206,7 @@ def test_scaling_resistance_attention_and_input_scales_time(n, n_options, seed, 
     assert np.allclose(z, other, rtol=0, atol=1e-7)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(*shapes)
 def test_negating_opinions_and_inputs_negates_the_motion_and_nothing_stays_nothing(n, n_options, seed):
     rng = np.random.default_rng(seed)
@@ -234,7 +234,7 @@ def random_agent(rng, n):
 @pytest.mark.parametrize(
     "step", [kernels.agent_step, kernels.agent_step_reference], ids=["paper", "reference"]
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(agents)
 def test_one_agent_keeps_the_invariants_in_both_variants(step, drawn):
     n, seed = drawn
@@ -275,7 +275,7 @@ def test_the_zero_sum_does_not_drift_in_a_million_steps():
     rows = np.tile(ATTENTION.row, (3, 1))
     b = rng.normal(size=(3, 4))
     for _ in range(10):  # 10 times 100 000 steps
-        kernels.network_rk4(
+        network_kernels.network_rk4(
             z, u, 1000.0, 100_000, network._kernel_tensor, network.links, network.resistance, b,
             network.active, rows, True,
         )  # fmt: skip

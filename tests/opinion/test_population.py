@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 
 from opinion_engine import graphs, kernels
 from opinion_engine.graphs import Graph
-from opinion_engine.model import Attention, Couplings, OpinionError, OpinionNetwork, simulate
+from opinion_engine.model import Attention, Couplings, OpinionError, OpinionNetwork
 from opinion_engine.population import Links, Population
+from opinion_engine.simulation import simulate
 
 ATTENTION = Attention(tau_u=2.0, u_min=0.45, u_max=1.0, y_th=0.4, n=2.0)
 UNIFORM = {"alpha": 0.5, "beta": -0.2, "gamma": 0.3, "delta": -0.1}
@@ -44,7 +45,7 @@ def plain_rate(graph, couplings, z, u, b, attention):
     return rate, rate_u
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(1, 40), st.integers(1, 9), st.integers(0, 2**32 - 1), st.booleans(), st.booleans())
 def test_an_euler_step_is_the_plain_equation(n, n_options, seed, same, equal):
     rng = np.random.default_rng(seed)
@@ -68,7 +69,7 @@ def test_an_euler_step_is_the_plain_equation(n, n_options, seed, same, equal):
     assert np.allclose(population.u, np.clip(u0 + 0.01 * rate_u, 0.45, 1.0), rtol=0, atol=1e-14)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.integers(1, 12), st.integers(2, 4), st.integers(0, 2**32 - 1), st.booleans())
 def test_coupled_runge_kutta_follows_the_dense_network(n, n_options, seed, some_inactive):
     rng = np.random.default_rng(seed)
@@ -147,7 +148,7 @@ def test_serial_and_parallel_sweeps_give_the_same_bits(monkeypatch):
     assert np.array_equal(ends[0], ends[1])
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.integers(0, 2**32 - 1))
 def test_renaming_the_agents_renames_the_result(seed):
     rng = np.random.default_rng(seed)
