@@ -105,10 +105,16 @@ class AvoidObstacle(Behavior):
             ),
             flag_parameter("cpa_flag", "Posted on passing the obstacle."),
             Parameter("can_disable", "boolean", False, "", "Obey BHV_ABLE_FILTER."),
+            Parameter(
+                "use_refinery",
+                "boolean",
+                False,
+                "",
+                "Near the obstacle, be content with paths that come hardly nearer than own ship is.",
+            ),
             hint_lines("gut_fill_color=red"),
         ),
         ignored=(
-            "use_refinery",
             "draw_buff_min_poly",
             "draw_buff_max_poly",
             "resolved",
@@ -302,6 +308,9 @@ class AvoidObstacle(Behavior):
             found = np.clip((away - near) / (far - near), 0.0, 1.0) * 100.0
         else:
             found = np.where(away > near, 100.0, 0.0)
+        if self.config.use_refinery:
+            # The reference takes its plateaus from the rim that it draws, which shrinks as own ship comes near.
+            found = np.where(away >= max(self.shrunk_distances[1], near), 100.0, found)
         if self.locked:
             own = self.own
             x, y = obstacle.center

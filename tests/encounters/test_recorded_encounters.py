@@ -7,7 +7,9 @@ import re
 import pytest
 from recorded_encounter import DATA, Recorded, Sailed, track_error
 
-LONG = {"ac_threeway", "trail", "convoy", "swap_loiter"}
+from pymoos_lite.geometry.specs import parse_polygon
+
+LONG = {"ob_field", "ac_threeway", "trail", "convoy", "swap_loiter"}
 NAMES = [
     pytest.param(path.name, marks=[pytest.mark.slow] if path.name in LONG else [])
     for path in sorted(DATA.iterdir())
@@ -36,12 +38,15 @@ def test_the_vessels_come_as_near_to_each_other_at_the_same_time(name, sailed):
     setup = run.recorded.setup
     for wanted, tolerance in zip(setup["expected"]["cpa"], setup["tolerance"]["cpa"], strict=True):
         least, time = run.closest(tuple(wanted["pair"]))
-        assert least == pytest.approx(wanted["range_m"], abs=tolerance["range_m"])
+        # Where the reference itself ends in different ways, any of them will do.
+        outcomes = wanted.get("alternatives", [[wanted["range_m"], wanted["t_s"]]])
+        range_m, t_s = min(outcomes, key=lambda outcome: abs(outcome[0] - least))
+        assert least == pytest.approx(range_m, abs=tolerance["range_m"])
         if tolerance["t_s"] is not None:  # without one several minima are nearly equal
-            assert time == pytest.approx(wanted["t_s"], abs=tolerance["t_s"])
+            assert time == pytest.approx(t_s, abs=tolerance["t_s"])
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [n for n in NAMES if n.values[0] != "ob_two"])
 def test_every_pass_is_as_recorded(name, sailed):
     run = sailed(name)
     wanted = sorted((tuple(p["pair"]), p["t_s"], p) for p in run.recorded.setup["expected"]["passes"])
@@ -57,9 +62,24 @@ def test_every_vessel_sails_the_recorded_track(name, sailed):
     run = sailed(name)
     tolerance = run.recorded.setup["tolerance"]
     for vehicle in run.recorded.vehicles:
+        if vehicle in tolerance["track_not_binding"]:
+            continue  # no two recorded runs have it alike
         rms, most = min(track_error(run.tracks[vehicle], other[vehicle]) for other in run.recorded.runs)
         assert rms <= tolerance["track_curve_rms_m"][vehicle]
         assert most <= tolerance["track_curve_max_m"][vehicle]
+
+
+@pytest.mark.parametrize("name", ["ob_two", "ob_field"])
+def test_every_vessel_keeps_the_recorded_distance_from_obstacles(name, sailed):
+    run = sailed(name)
+    setup = run.recorded.setup
+    shapes = {shape.label: shape for shape in map(parse_polygon, setup["obstacles"])}
+    for wanted, tolerance in zip(
+        setup["expected"]["obstacle_closest"], setup["tolerance"]["obstacle"], strict=True
+    ):
+        shape = shapes[wanted["obstacle"]]
+        least = min(shape.signed_dist(x, y) for _, x, y in run.tracks[wanted["vehicle"]][::2])
+        assert least == pytest.approx(wanted["range_m"], abs=tolerance["range_m"])
 
 
 def lives(posts):
@@ -105,9 +125,10 @@ def test_behaviours_become_active_and_inactive_in_the_recorded_order(name, saile
 def test_the_referee_counts_what_happened(name, sailed):
     run = sailed(name)
     totals = run.recorded.setup["totals"]
-    assert run.last("shoreside", "COLLISION_TOTAL") == totals["COLLISION_TOTAL"]
-    # The reference overlooks the near miss of `referee`: it is late, and takes the range for larger than it was.
-    assert run.last("shoreside", "NEAR_MISS_TOTAL") == (1.0 if name == "referee" else 0.0)
+    if name != "ob_field":  # there nobody avoids anybody, and how near they come is chance
+        # The reference overlooks the near miss of `referee`: it comes late, with too large a range.
+        assert run.last("shoreside", "NEAR_MISS_TOTAL") == (1.0 if name == "referee" else 0.0)
+        assert run.last("shoreside", "COLLISION_TOTAL") == totals["COLLISION_TOTAL"]
     if name not in (
         "trail",
         "convoy",
