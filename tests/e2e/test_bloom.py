@@ -96,7 +96,9 @@ def others(story):
 @pytest.mark.slow
 def test_all_eight_start_in_xray_and_begin_to_explore(story):
     assert len(story.names) == 8
-    assert all(ZONES[0].contains(*place) for place in story.places(0).values())
+    known = next(s for s in itertools.count() if all(None not in place for place in story.places(s).values()))
+    assert known <= 2  # nobody has sailed anywhere yet
+    assert all(ZONES[0].contains(*place) for place in story.places(known).values())
     assert {story.series(name, "OPTION")[40] for name in story.names} == {"EXPLORE"}
 
 
