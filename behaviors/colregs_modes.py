@@ -157,7 +157,8 @@ class RuleWatch:
 
     def _standon_ot(self, m: RelativeState, limits: Limits) -> None:
         if self.mode == "standon_ot":
-            if m.range >= limits.outer or self.crossed_sides or m.roc < 0.0:
+            # The overtaking vessel may change sides astern: that is no reason to forget about it.
+            if m.range >= limits.outer or m.roc < 0.0:
                 self._set(NONE)
                 return
         elif ABAFT[0] <= m.os_cn_rel_bng <= ABAFT[1] and m.cn_passes_os and m.cpa <= limits.far:
