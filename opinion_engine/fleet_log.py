@@ -30,8 +30,8 @@ def fleet_history(logs: Mapping[str, Iterable[LogEntry]], step: float = 1.0) -> 
     """Opinions, attention and degree of every vessel, every `step` seconds, from entries by vessel name.
 
     Reads OWN_OPINION_STATE, OWN_ATTENTION and CONTACTS_LIST; the last value holds until the next. Options are
-    those of the messages, in their order; an option that is not active at a time is 0 then. Raises
-    OpinionError if no log holds an opinion.
+    those of the messages, in their order; an option that is not active at a time is 0 then. Attention is NaN
+    before its first value. Raises OpinionError if no log holds an opinion.
     """
     opinions: dict[str, list[tuple[float, dict[str, float]]]] = {name: [] for name in logs}
     attention: dict[str, list[tuple[float, float]]] = {name: [] for name in logs}
@@ -63,15 +63,15 @@ def fleet_history(logs: Mapping[str, Iterable[LogEntry]], step: float = 1.0) -> 
     for k, vessel in enumerate(logs):
         for j, option in enumerate(options):
             z[:, k, j] = _held(times, [(t, said.get(option, 0.0)) for t, said in opinions[vessel]])
-        u[:, k] = _held(times, attention[vessel])
+        u[:, k] = _held(times, attention[vessel], np.nan)
         degree[:, k] = _held(times, contacts[vessel])
     return FleetHistory(times, z, u, degree, tuple(logs), tuple(options))
 
 
-def _held(times: Floats, rows: list[tuple[float, float]]) -> Floats:
-    """The last value at each time, 0 before the first."""
+def _held(times: Floats, rows: list[tuple[float, float]], before: float = 0.0) -> Floats:
+    """The last value at each time, `before` the first what that says."""
     if not rows:
-        return np.zeros(times.size)
+        return np.full(times.size, before)
     rows = sorted(rows, key=lambda row: row[0])
     at = np.searchsorted([t for t, _ in rows], times, side="right")
-    return np.concatenate([[0.0], [value for _, value in rows]])[at]
+    return np.concatenate([[before], [value for _, value in rows]])[at]

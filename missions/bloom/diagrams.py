@@ -51,6 +51,7 @@ def engine_figure() -> Figure:
         ("mail", "opinion"),
         ("raw", "opinion"),
         ("attention", "opinion"),
+        ("opinion", "attention"),
         ("opinion", "pick"),
         ("opinion", "send"),
         ("pick", "post"),
@@ -86,15 +87,17 @@ def _diagram(
             "", (x1 + 0.3, y1 + HEIGHT / 2), (x0, y0 + HEIGHT / 2),
             arrowprops={"arrowstyle": "->", "color": "#555555", "connectionstyle": "arc3,rad=0.4"},
         )  # fmt: skip
-        axis.text(x0 + 0.1, y1 + 0.45, text, fontsize=8, color="#555555", ha="left")
+        axis.text(x0 + 0.08, (y0 + y1) / 2.0 + HEIGHT / 2, text, fontsize=8, color="#555555", ha="left")
     return made
 
 
 def _arrow(axis: Any, start: Box, end: Box) -> None:
     (_, x0, y0, _), (_, x1, y1, _) = start, end
     upright = abs(x1 - x0) < WIDTH
-    tail = (x0, y0 - HEIGHT / 2) if upright else (x0 + WIDTH / 2, y0)
-    head = (x1, y1 + HEIGHT / 2) if upright else (x1 - WIDTH / 2, y1)
+    down = 1.0 if y0 > y1 else -1.0
+    aside = 0.25 * down  # arrows both ways lie beside each other
+    tail = (x0 + aside, y0 - down * HEIGHT / 2) if upright else (x0 + WIDTH / 2, y0)
+    head = (x1 + aside, y1 + down * HEIGHT / 2) if upright else (x1 - WIDTH / 2, y1)
     axis.annotate(
         "", head, tail, arrowprops={"arrowstyle": "->", "color": "#555555", "shrinkA": 0, "shrinkB": 1}
     )

@@ -35,6 +35,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     every = commands.add_parser("figures", help="all of these into one folder")
     _run_arguments(every)
     every.add_argument("--out", type=Path, default=Path("figures"), metavar="DIR", help="default figures")
+    sheet = commands.add_parser("sheet", help="a contact sheet: the sea at several moments")
+    _run_arguments(sheet)
+    sheet.add_argument(
+        "--minutes", type=_minutes, metavar="M,M,...", help="which moments (default six, evenly spaced)"
+    )
+    _out_argument(sheet, "sheet.png and sheet.svg")
     film = commands.add_parser("animation", help="map, simplex and attention side by side, as a GIF")
     _run_arguments(film)
     film.add_argument(
@@ -58,6 +64,10 @@ def _run_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--comms-range", type=float, default=160.0, metavar="M", help="as in the run (default 160)"
     )
+
+
+def _minutes(text: str) -> list[float]:
+    return [float(word) for word in text.split(",")]
 
 
 def _out_argument(parser: argparse.ArgumentParser, default: str) -> None:
@@ -86,6 +96,12 @@ def run(args: argparse.Namespace) -> int:
 
             frames = animate(history, str(args.out), args.step, args.comms_range)
             print(f"{args.out}: {frames} frames")
+        elif args.what == "sheet":
+            from missions.bloom.pictures import sheet_figure
+
+            end = float(history.t[-1])
+            moments = [60.0 * m for m in args.minutes or ()] or [end * (2 * k + 1) / 12.0 for k in range(6)]
+            _write(sheet_figure(history, moments, args.comms_range), args.out, args.what)
         elif args.what == "figures":
             args.out.mkdir(parents=True, exist_ok=True)
             for name in FROM_RUN:

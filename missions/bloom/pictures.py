@@ -23,15 +23,17 @@ from pymoos_lite.geometry.specs import parse_polygon
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-OPTION_COLOURS = {"explore": "#0072B2", "exploit": "#009E73", "migrate": "#D55E00", "": "#9A9A9A"}
+OPTION_COLOURS = {"explore": "#0072B2", "exploit": "#009E73", "migrate": "#D55E00"}
+NONE_COLOUR = "#9A9A9A"
 BLOOM_COLOURS = {"red": "#C0392B", "pink": "#E48FB4", "limegreen": "#55A630"}
 BLOOM_WORDS = {"red": "not found", "pink": "detected", "limegreen": "sampled"}
 STORM_COLOUR, LINK_COLOUR = "#5B6C8F", "#D62728"
 TRAIL = 300
 """Seconds of track shown behind each vessel."""
-ZOOM = -20.0
-"""Least opinion on the simplex, as in the paper; the greatest is twice as much the other way."""
-VESSEL_LENGTH = 22.0
+ZOOM = -4.0
+"""Least opinion on the animation's simplex, the greatest is twice as much the other way: close enough to see
+explore and exploit part. Migrations run along the edge."""
+VESSEL_LENGTH = 26.0
 """Metres that a vessel is drawn long: visible, not to scale."""
 
 
@@ -46,6 +48,30 @@ def snapshot_figure(run: RunLog, seconds: float, comms_range: float = 160.0) -> 
     minutes, rest = divmod(int(run.t[run.index(seconds)]), 60)
     axis.set_title(f"{minutes} min {rest:02d} s", fontsize=10, loc="left")
     _legend(axis, run, comms_range)
+    return made
+
+
+def sheet_figure(run: RunLog, moments: Sequence[float], comms_range: float = 160.0) -> Figure:
+    """A contact sheet: the snapshot at several times (s), three in a row.
+
+    Raises:
+        ValueError: no moment is given.
+    """
+    if not moments:
+        raise ValueError("a contact sheet needs at least one moment")
+    columns = min(3, len(moments))
+    rows = -(-len(moments) // columns)
+    made, axes = figure(3.6 * columns, 2.75 * rows + 0.6, rows, columns, squeeze=False)
+    for axis in axes.flat:
+        axis.set_axis_off()
+    for axis, seconds in zip(axes.flat, moments, strict=False):
+        k = run.index(seconds)
+        _sea(axis)
+        _moment(axis, run, k, comms_range)
+        axis.set_title(f"{run.t[k] / 60.0:.0f} min", fontsize=9, loc="left")
+        for text in axis.texts:
+            text.set_fontsize(6)
+    _legend(axes[0][0], run, comms_range)
     return made
 
 
@@ -70,6 +96,7 @@ def _sea(axis: Any) -> None:
 def _moment(axis: Any, run: RunLog, k: int, comms_range: float) -> list[Any]:
     """Draw what changes with time; the artists, so that an animation can take them away again."""
     from matplotlib.patches import Circle as Disc
+    from matplotlib.patheffects import withStroke
 
     drawn: list[Any] = []
     for label, circle in run.circles_at(float(run.t[k])).items():
@@ -82,9 +109,10 @@ def _moment(axis: Any, run: RunLog, k: int, comms_range: float) -> list[Any]:
         )  # fmt: skip
         drawn.append(axis.add_patch(patch))
     xs, ys = run.x[k], run.y[k]
+    heard = run.opinions.degree[k] > 0  # a vessel that fell silent may lie within range of others
     for i in range(len(run.names)):
         for j in range(i + 1, len(run.names)):
-            if np.hypot(xs[i] - xs[j], ys[i] - ys[j]) <= comms_range:
+            if heard[i] and heard[j] and np.hypot(xs[i] - xs[j], ys[i] - ys[j]) <= comms_range:
                 drawn += axis.plot(
                     xs[[i, j]], ys[[i, j]], color=LINK_COLOUR, linewidth=0.6, alpha=0.55, zorder=2
                 )
@@ -96,15 +124,15 @@ def _moment(axis: Any, run: RunLog, k: int, comms_range: float) -> list[Any]:
         )
         hull = _hull(xs[i], ys[i], run.heading[k, i])
         drawn += axis.fill(*hull, facecolor=colour, edgecolor="white", linewidth=0.6, zorder=4)
-        drawn.append(
-            axis.annotate(name, (xs[i], ys[i]), (7, 6), textcoords="offset points", fontsize=8, zorder=5)
-        )
+        label = axis.annotate(name, (xs[i], ys[i]), (7, 6), textcoords="offset points", fontsize=8, zorder=5)
+        label.set_path_effects([withStroke(linewidth=2.0, foreground="white")])
+        drawn.append(label)
     return drawn
 
 
 def _option_colour(run: RunLog, k: int, i: int) -> str:
     option = run.option[k, i]
-    return OPTION_COLOURS.get(run.opinions.options[option] if option >= 0 else "", "#9A9A9A")
+    return OPTION_COLOURS.get(run.opinions.options[option] if option >= 0 else "", NONE_COLOUR)
 
 
 def _hull(x: float, y: float, heading: float) -> tuple[list[float], list[float]]:
@@ -120,10 +148,11 @@ def _legend(axis: Any, run: RunLog, comms_range: float) -> None:
     from matplotlib.patches import Patch
 
     handles: list[Any] = [Patch(color=OPTION_COLOURS[o], label=o) for o in run.opinions.options]
+    handles.append(Patch(color=NONE_COLOUR, label="none"))
     handles += [Patch(color=c, alpha=0.4, label=f"bloom, {BLOOM_WORDS[s]}") for s, c in BLOOM_COLOURS.items()]
     handles.append(Patch(color=STORM_COLOUR, alpha=0.25, label="storm"))
     handles.append(Line2D([], [], color=LINK_COLOUR, linewidth=0.8, label=f"within {comms_range:.0f} m"))
-    axis.figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+    axis.figure.legend(handles=handles, loc="outside lower center", ncols=5, fontsize=8, frameon=False)
 
 
 # --- coalitions over time ---------------------------------------------------------------------------
@@ -147,6 +176,7 @@ def coalitions_figure(run: RunLog) -> Figure:
     from matplotlib.patches import Patch
 
     handles = [Patch(color=OPTION_COLOURS[o], label=o) for o in run.opinions.options]
+    handles.append(Patch(color=NONE_COLOUR, label="none (not deployed, or on the way home)"))
     made.legend(handles=handles, loc="outside upper center", ncols=len(handles), fontsize=8, frameon=False)
     return made
 
@@ -170,12 +200,14 @@ def animate(run: RunLog, path: str, step: float = 20.0, comms_range: float = 160
     _simplex_frame(simplex, run.opinions.options)
     minutes = run.t / 60.0
     attention.set_xlim(minutes[0], minutes[-1])
-    attention.set_ylim(0.0, max(2.1, 1.05 * float(run.opinions.u.max())))
+    attention.set_ylim(0.0, max(2.1, 1.05 * float(np.nanmax(run.opinions.u, initial=0.0))))
     attention.set_xlabel("minutes")
     attention.set_title("attention u", fontsize=10, loc="left")
-    for i in range(len(run.names)):
-        attention.plot(minutes, run.opinions.u[:, i], color=COLOURS[i % len(COLOURS)], linewidth=0.8)
-    now = attention.axvline(0.0, color="#444444", linewidth=0.8)
+    curves = [
+        attention.plot([], [], color=COLOURS[i % len(COLOURS)], linewidth=0.9)[0]
+        for i in range(len(run.names))
+    ]
+    now = attention.axvline(0.0, color="#BBBBBB", linewidth=0.8)
     places = on_simplex(into_limits(run.opinions.z, ZOOM, -2.0 * ZOOM))
     drawn: list[Any] = []
 
@@ -194,10 +226,16 @@ def animate(run: RunLog, path: str, step: float = 20.0, comms_range: float = 160
             drawn.extend(
                 simplex.plot(*places[frame, i], "o", color=colour, markersize=6, markeredgecolor="white")
             )
+            curves[i].set_data(minutes[: frame + 1], run.opinions.u[: frame + 1, i])
         now.set_xdata([minutes[frame]] * 2)
         return drawn
 
     frames = [int(k) for k in np.arange(0, run.t.size, max(1, round(step)))]
+    # Arranged once, as it is in the middle of the run: doing it anew for each frame takes most of the time,
+    # and the panels would shift about.
+    show(frames[len(frames) // 2])
+    made.draw_without_rendering()
+    made.set_layout_engine("none")
     FuncAnimation(made, show, frames=frames).save(path, writer=PillowWriter(fps=10), dpi=75)
     return len(frames)
 

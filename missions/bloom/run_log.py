@@ -31,9 +31,11 @@ KEPT = frozenset(
         "OWN_OPINION_STATE",
         "OWN_ATTENTION",
         "CONTACTS_LIST",
-        "DEPLOY",
+        "MODE",
     ]
 )
+RULED = ("RETURNING", "STATION-KEEPING")
+"""Modes in which rules have the say, whatever the opinion."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +49,9 @@ class CircleEvent:
 
 @dataclass(frozen=True)
 class RunLog:
-    """t (T,) s; x, y, heading (T, N); option (T, N) as index into `options`, -1 for none; opinions as in
-    `FleetHistory`; circles in order of time."""
+    """t (T,) s; x, y, heading (T, N); option (T, N) as index into `options`, -1 while none is followed
+    (before the first choice, out of action, on the way home); opinions as in `FleetHistory`; circles in order
+    of time."""
 
     names: tuple[str, ...]
     t: Floats
@@ -99,6 +102,8 @@ def read_run(folder: Path) -> RunLog:
         for name in names
     ]
     option = np.column_stack([_held(t, rows, -1.0) for rows in chosen]).astype(np.int64)
+    for i, name in enumerate(names):
+        option[~_follows(t, logs[name]), i] = -1
     return RunLog(
         names,
         t,
@@ -122,6 +127,16 @@ def _newest(folder: Path, pattern: str) -> dict[str, Path]:
 
 def _entries(path: Path) -> list[AlogEntry]:
     return [entry for entry in read_entries(read_log(str(path))) if entry.name in KEPT]
+
+
+def _follows(t: Floats, entries: Iterable[AlogEntry]) -> NDArray[np.bool_]:
+    """When the vessel does what it chose: always, as far as a log without modes tells."""
+    rows = [
+        (e.time, float(e.value.startswith("ACTIVE") and not e.value.strip().endswith(RULED)))
+        for e in entries
+        if e.name == "MODE"
+    ]
+    return _held(t, rows, 0.0 if rows else 1.0) > 0.0
 
 
 def _numbers(entries: Iterable[AlogEntry], variable: str) -> list[tuple[float, float]]:

@@ -4,8 +4,18 @@ import csv
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgba
 
-from missions.bloom.pictures import Curve, animate, coalitions_figure, curves, snapshot_figure, study_figure
+from missions.bloom.pictures import (
+    NONE_COLOUR,
+    Curve,
+    animate,
+    coalitions_figure,
+    curves,
+    sheet_figure,
+    snapshot_figure,
+    study_figure,
+)
 from missions.bloom.run_log import read_run
 from pymoos_lite.tools import cli
 from pymoos_lite.tools.log_reading import LogError
@@ -106,6 +116,47 @@ def test_coalitions_are_strips_that_change_colour_where_the_option_changes(folde
     assert bars == [(0, 10), (10, 50), (60, 60), (0, 10), (10, 30), (40, 40), (80, 40)]
 
 
+def test_a_vessel_out_of_action_follows_no_option_and_is_linked_to_nobody(folder, tmp_path):
+    logs = {path.name: (path / f"{path.name}.alog").read_text() for path in folder.iterdir()}
+    logs["LOG_BEN_1"] += "".join(
+        line(t, "MODE", mode)
+        for t, mode in [
+            (0, "INACTIVE"),
+            (12, "ACTIVE:EXPLORING"),
+            (70, "INACTIVE"),
+            (100, "ACTIVE:RETURNING"),
+        ]
+    ) + line(70, "CONTACTS_LIST", "")
+    logs["LOG_BEN_1"] = "".join(
+        text
+        for text in logs["LOG_BEN_1"].splitlines(keepends=True)
+        if "CONTACTS_LIST" not in text or float(text.split()[0]) <= 70
+    )
+    for name, text in logs.items():
+        (tmp_path / name).mkdir()
+        (tmp_path / name / f"{name}.alog").write_text(text)
+    run = read_run(tmp_path)
+    assert run.option[[5, 11, 12, 69, 70, 90, 110], 1].tolist() == [-1, -1, 0, 1, -1, -1, -1]
+    colours = [p.get_facecolor() for p in coalitions_figure(run).axes[0].patches]
+    assert to_rgba(NONE_COLOUR) in colours
+    links = [
+        sum(a.get_color() == "#D62728" for a in snapshot_figure(run, second).axes[0].lines)
+        for second in (60, 90)
+    ]
+    assert links == [1, 0]
+
+
+def test_a_contact_sheet_has_a_panel_for_every_moment(folder):
+    made = sheet_figure(read_run(folder), [10.0, 50.0, 70.0, 110.0])
+    assert [axis.get_title("left") for axis in made.axes if axis.get_title("left")] == [
+        "0 min", "1 min", "1 min", "2 min",
+    ]  # fmt: skip
+    discs = [sum(type(p).__name__ == "Circle" for p in axis.patches) for axis in made.axes]
+    assert discs == [1, 1, 2, 1, 0, 0], "blooms and storm of the moment"
+    with pytest.raises(ValueError, match="at least one"):
+        sheet_figure(read_run(folder), [])
+
+
 def test_the_animation_has_a_frame_for_every_step(folder, tmp_path):
     image = pytest.importorskip("PIL.Image")
     path = tmp_path / "run.gif"
@@ -156,6 +207,8 @@ def test_every_figure_is_one_command_and_two_files(folder, tmp_path, monkeypatch
         writer.writerows({key: row.get(key, "") for key in ROWS[0]} for row in ROWS)
     assert cli.main(["bloom", "study", "results.csv"]) == 0
     assert (tmp_path / "study.svg").exists()
+    assert cli.main(["bloom", "sheet", str(folder), "--minutes", "0.5,1.5"]) == 0
+    assert (tmp_path / "sheet.png").exists()
     assert cli.main(["bloom", "study", "nowhere.csv"]) == 1
     assert cli.main(["bloom", "simplex", str(tmp_path / "made")]) == 1
     assert len(capsys.readouterr().err.splitlines()) == 2

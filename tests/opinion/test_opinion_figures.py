@@ -132,7 +132,7 @@ def test_a_fleet_s_history_is_read_from_its_logs():
     assert story.t.tolist() == [0, 1, 2, 3]
     assert story.z[:, 0].tolist() == [[0, 0], [1, -1], [1, -1], [2, 0]]
     assert story.z[:, 1, 1].tolist() == [0, 0, 1, 1]
-    assert story.u[:, 0].tolist() == [0, 0.5, 0.5, 0.5]
+    assert np.array_equal(story.u[:, 0], [np.nan, 0.5, 0.5, 0.5], equal_nan=True)
     assert story.degree[:, 0].tolist() == [0, 0, 0, 2]
     with pytest.raises(OpinionError, match="no OWN_OPINION_STATE in the logs of cal"):
         fleet_history({"cal": []})
