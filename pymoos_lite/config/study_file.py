@@ -19,6 +19,7 @@
       per_km: 1000 * samples / metres
     compare:                           # paired over equal seeds
       - {column: per_km, factor: method, pairs: [[gcid, static]], within: [vehicles]}
+    watch: [hits]                      # columns of which the summary names the rows that are not 0
     row_macros: {LOGGING: full}        # for a single row run again with all its logs
 
 Nothing is run here: this is the file, checked. Rows are numbered from 1 in the order of grids, points, seeds.
@@ -95,6 +96,7 @@ class StudyFile:
     measures: tuple[Measure, ...]
     derived: tuple[tuple[str, Formula], ...]
     comparisons: tuple[Comparison, ...]
+    watched: tuple[str, ...]
     problems: tuple[Problem, ...]
 
     @property
@@ -126,6 +128,17 @@ class StudyFile:
             if row.number == number:
                 return row
         raise KeyError(number)
+
+    def same_runs(self, other: StudyFile) -> bool:
+        """Whether both ask for the same runs and the same columns: `other`'s results are this one's."""
+        return self._runs == other._runs
+
+    @property
+    def _runs(self) -> tuple[object, ...]:
+        derived = [(name, formula.text) for name, formula in self.derived]
+        grids = [list(grid.items()) for grid in self.grids]
+        plan = (self.mission, self.duration, self.presets, dict(self.macros), self.seeds)
+        return (*plan, grids, self.measures, derived)
 
     @property
     def row_count(self) -> int:
@@ -161,9 +174,13 @@ def parse_study(text: str, file: str) -> StudyFile:
         measures=measures,
         derived=_derived(top, [m.column for m in measures]),
         comparisons=(),
+        watched=tuple(top.texts("watch")),
         problems=(),
     )
     comparisons = _comparisons(top, study)
+    for name in study.watched:
+        if name not in study.columns:
+            top.problem(top.line_of("watch"), f"watch: no column '{name}'{did_you_mean(name, study.columns)}")
     if not study.mission:
         top.problem(top.line or 1, "mission is missing: which mission is to be run?")
     if not study.measures:

@@ -222,6 +222,7 @@ class Output:
     wild: bool = False
     shares: int = 0
     skipped: int = 0
+    bytes: int = 0
     last: float = field(default=float("-inf"))
     limited: bool = field(init=False)
 
@@ -245,8 +246,9 @@ class Output:
         # second value to rounding.
         return share.frequency <= 0.0 or (now - self.last) * share.frequency >= 1.0 - 1e-6
 
-    def sent(self, now: float) -> None:
+    def sent(self, now: float, size: int = 0) -> None:
         self.shares += 1
+        self.bytes += size
         self.last = now
 
 

@@ -235,7 +235,7 @@ class ShareApp(App):
             self.drops.oversized += 1
             self.run_warning(f"{message.name} of {size} bytes is longer than max_message_bytes: not shared")
             return
-        output.sent(now)
+        output.sent(now, size)
         for payload in destination.outbox.add(message, size, now):
             self._dispatch(destination, payload)
 

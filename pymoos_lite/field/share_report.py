@@ -80,7 +80,7 @@ def share_report(share: Shown) -> Iterator[str]:
     yield "Routes"
     for output in share.table.outputs():
         held = f", {output.skipped} held back" if output.skipped else ""
-        yield f"  {output.source} -> {output.name}:{output.share.to}  {output.shares} sent{held}"
+        yield f"  {output.source} -> {output.name}:{output.share.to}  {output.shares} sent, {output.bytes} bytes{held}"
     yield "Thrown away"
     yield from _drop_lines(share.inbox, share.drops) or ["  nothing"]
 

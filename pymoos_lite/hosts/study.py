@@ -16,6 +16,7 @@ from typing import Any
 
 from pymoos_lite.config.study_file import Measure, Row, StudyFile, is_macro, parse_study
 from pymoos_lite.core.message import Value
+from pymoos_lite.hosts.failures import describe_failure
 from pymoos_lite.hosts.fleet import (
     FleetPlan,
     add_fleet,
@@ -88,7 +89,8 @@ def _mission_of(study: StudyFile) -> str:
 def run_row(study: StudyFile, row: Row, log_dir: Path | None = None) -> Outcome:
     """Run one row to its end. With `log_dir`, its `row_macros` count and loggers write there.
 
-    Never raises for a faulty mission or a failing app: the outcome's status says so.
+    Never raises, whatever the mission, an app, or the measuring does: the outcome's status says so, and the
+    other rows of the study go on.
     """
     began = time.perf_counter()
     empty: dict[str, float | None] = dict.fromkeys(study.columns)
@@ -103,13 +105,22 @@ def run_row(study: StudyFile, row: Row, log_dir: Path | None = None) -> Outcome:
             values = measured(study, host, plan, row)
             host.stop()
         except (MissionError, ValueError) as error:
-            return Outcome(row.number, f"failed: {error}", empty, time.perf_counter() - began)
-    status = f"failed: {host.failures[0]}" if host.failures else "ok"
+            return Outcome(row.number, _failed(str(error)), empty, time.perf_counter() - began)
+        except Exception as error:  # a fault of ours or of the mission's code: where it is must be told
+            failure = describe_failure(f"row {row.number}", "the run", error, "host")
+            return Outcome(
+                row.number, _failed(f"{failure.text} [{failure.where}]"), empty, time.perf_counter() - began
+            )
+    status = _failed(str(host.failures[0])) if host.failures else "ok"
     took = time.perf_counter() - began
     del host, plan
     if took > 1.0:
         gc.collect()  # communities hold each other in circles: let one run's go before the next begins
-    return Outcome(row.number, status.splitlines()[0], values, took)
+    return Outcome(row.number, status, values, took)
+
+
+def _failed(text: str) -> str:
+    return f"failed: {text}".splitlines()[0]
 
 
 def run_text(text: str, file: str, number: int) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from pymoos_lite.config.study_file import Row, StudyFile
+from pymoos_lite.config.study_file import Row, StudyFile, parse_study
 from pymoos_lite.hosts.study import Outcome
 
 JOURNAL, TABLE, PARQUET, COPY = "journal.jsonl", "results.csv", "results.parquet", "study.yaml"
@@ -44,30 +44,29 @@ class Journal:
         self.folder = folder
         self.outcomes: dict[int, Outcome] = {}
         self.damaged = 0
-        mark = fingerprint(text)
         path = folder / JOURNAL
         try:
             folder.mkdir(parents=True, exist_ok=True)
             if path.exists():
-                self._read(path, mark)
+                self._read(path, text)
             else:
-                path.write_text(json.dumps({"study": mark}) + "\n", encoding="utf-8")
+                path.write_text(json.dumps({"study": fingerprint(text)}) + "\n", encoding="utf-8")
             (folder / COPY).write_text(text, encoding="utf-8")
             self._file = path.open("a", encoding="utf-8")
         except OSError as error:
             raise JournalError(f"{folder}: {error.strerror or error}") from None
 
-    def _read(self, path: Path, mark: str) -> None:
+    def _read(self, path: Path, text: str) -> None:
         data = path.read_bytes()
         lines = data.decode("utf-8", "replace").splitlines()
         try:
             found = json.loads(lines[0])["study"] if lines else ""
         except (ValueError, KeyError, TypeError):
             found = ""
-        if found != mark:
+        if found != fingerprint(text) and not (found and self._asks_the_same(text)):
             raise JournalError(
-                f"{self.folder} holds the results of another study (or of this one before it was changed): "
-                "give another folder with --out"
+                f"{self.folder} holds the results of another study (or of this one before its runs or columns "
+                "were changed): give another folder with --out"
             )
         for line in lines[1:]:
             try:
@@ -79,6 +78,14 @@ class Journal:
         if data and not data.endswith(b"\n"):  # the next line must not continue the one that was cut off
             with path.open("a", encoding="utf-8") as file:
                 file.write("\n")
+
+    def _asks_the_same(self, text: str) -> bool:
+        """Whether what changed since (comments, comparisons, what is watched) leaves the results valid."""
+        try:
+            former = (self.folder / COPY).read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError):
+            return False
+        return parse_study(text, COPY).same_runs(parse_study(former, COPY))
 
     def add(self, outcome: Outcome) -> None:
         """Write a finished row, at once."""

@@ -15,6 +15,8 @@ from pymoos_lite.config.study_file import Comparison, Row, StudyFile
 from pymoos_lite.hosts.study import Outcome
 
 CONFIDENCE = 0.95
+WATCHED_ROWS = 20
+"""Rows named for a watched column; the table has them all."""
 Results = Sequence[tuple[Row, Outcome]]
 
 
@@ -166,6 +168,28 @@ def summary_lines(study: StudyFile, results: Results) -> list[str]:
         lines += ["", f"{comparison.column}: differences at equal seeds, with 95 % confidence"]
         for pair in paired(results, comparison):
             lines.append(f"  {_named(pair.within):<24} {paired_text(pair)}")
+    for column in study.watched:
+        lines += ["", *watched_lines(column, results)]
+    return lines
+
+
+def watched_lines(column: str, results: Results) -> list[str]:
+    """What became of a column that should stay 0: range, sum, and the rows where it did not, largest first."""
+    found = [(outcome.row, outcome.values.get(column)) for _, outcome in results if outcome.status == "ok"]
+    known = [(number, value) for number, value in found if value is not None]
+    if not known:
+        return [f"{column}: not measured in any run"]
+    low, high = min(known, key=lambda f: (f[1], f[0])), max(known, key=lambda f: (f[1], -f[0]))
+    hits = sorted((f for f in known if f[1] != 0.0), key=lambda f: (-f[1], f[0]))
+    lines = [
+        f"{column}: {sum(value for _, value in known):.10g} in all, not 0 in {len(hits)} of {len(known)} runs; "
+        f"least {low[1]:.4g} (row {low[0]}), most {high[1]:.4g} (row {high[0]})"
+    ]
+    if 0 < len(hits) < len(known):
+        rows = ", ".join(f"{number} ({value:.4g})" for number, value in hits[:WATCHED_ROWS])
+        lines.append(
+            f"  rows {rows}" + (f" and {len(hits) - WATCHED_ROWS} more" if len(hits) > WATCHED_ROWS else "")
+        )
     return lines
 
 

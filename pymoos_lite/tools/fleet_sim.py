@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections import Counter
 
+from pymoos_lite.field.share import ShareApp
 from pymoos_lite.hosts.fleet import (
     FleetPlan,
     add_fleet,
@@ -113,8 +115,25 @@ def tell_end(host: Lockstep, plan: FleetPlan, took: float) -> None:
         f"network: {total.sent} datagrams, {total.lost} lost, {total.squeezed} squeezed out, "
         f"{total.unreachable} for nobody"
     )
+    if shares := bytes_by_variable(host, plan):
+        print(f"each vessel sends, bytes per second: {shares}")
     count = len(plan.fleet.vehicles)
     print(
         f"{plan.fleet.name}: {count} vehicle{'s' if count != 1 else ''}, {host.elapsed:.0f} mission seconds in "
         f"{took:.2f} s ({host.elapsed / max(took, 1e-9):.0f} times real time)"
     )
+
+
+def bytes_by_variable(host: Lockstep, plan: FleetPlan, most: int = 8) -> str:
+    """What the vessels' shares send, in the mean over vessels and the run, the largest first; empty without any."""
+    totals: Counter[str] = Counter()
+    for name in plan.fleet.vehicle_names():
+        for runner in host.communities[name].runners:
+            if isinstance(runner.app, ShareApp):
+                for output in runner.app.table.outputs():
+                    totals[output.name] += output.bytes
+    seconds = max(host.elapsed, 1e-9) * max(1, len(plan.fleet.vehicles))
+    ordered = sorted(((n, b) for n, b in totals.items() if b), key=lambda f: (-f[1], f[0]))
+    shown = [f"{name} {size / seconds:.0f}" for name, size in ordered[:most]]
+    rest = sum(size for _, size in ordered[most:])
+    return ", ".join([*shown, f"{len(ordered) - most} others {rest / seconds:.0f}"] if rest else shown)

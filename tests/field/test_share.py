@@ -4,6 +4,7 @@ import pytest
 from fleet_fixture import Fleet, Listener, Talker
 
 from pymoos_lite.core.message import Message
+from pymoos_lite.field.datagrams import message_size
 from pymoos_lite.field.share import ShareApp
 from pymoos_lite.hosts.network import Conditions
 
@@ -259,5 +260,6 @@ def test_the_report_shows_traffic_in_both_directions(fleet):
     fleet.app("abe", Talker, "talker")
     fleet.run(10)
     sent, heard = "\n".join(one.report()), "\n".join(other.report())
-    assert "COUNT -> COUNT:localhost:9202  10 sent, 10 held back" in sent
+    each = message_size(Message("COUNT", 1.0, 0.0, "talker", "", "abe"))
+    assert f"COUNT -> COUNT:localhost:9202  10 sent, {10 * each} bytes, 10 held back" in sent
     assert "abe 127.0.0.1:9201" in heard

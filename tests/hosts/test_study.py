@@ -10,9 +10,9 @@ from scipy import stats
 from study_fixture import STUDY, write_study
 
 from pymoos_lite.config.study_file import Comparison, Row, parse_study
-from pymoos_lite.hosts.study import Outcome, run_row
+from pymoos_lite.hosts.study import Outcome, plan_row, run_row
 from pymoos_lite.hosts.study_journal import Journal, JournalError, finished, table_text, write_tables
-from pymoos_lite.hosts.study_summary import grid_cells, paired, summary_lines
+from pymoos_lite.hosts.study_summary import grid_cells, paired, summary_lines, watched_lines
 from pymoos_lite.hosts.study_workers import ProcessWorkers, run_here
 from pymoos_lite.tools import cli
 
@@ -71,6 +71,52 @@ def test_an_app_that_fails_makes_the_row_fail_and_says_why(tmp_path):
     outcome = run_row(study, study.row(1))
     assert outcome.status.startswith("failed: ")
     assert "rolled off the table" in outcome.status
+
+
+def test_an_app_of_one_vessel_that_fails_makes_the_row_fail_and_names_the_vessel(tmp_path):
+    plan, _ = plan_row(
+        parse_study(STUDY, str(write_study(tmp_path))), Row(9, 1, (("vehicles", "2"),)), tmp_path
+    )
+    name = plan.fleet.vehicle_names()[1]
+    path = write_study(tmp_path, STUDY + f"macros: {{FAIL: {name}}}\n")
+    study = parse_study(path.read_text(), str(path))
+    assert run_row(study, study.row(1)).status == "ok", "a fleet of one has no second vessel"
+    assert run_row(study, study.row(9)).status.startswith(f"failed: pDice ({name}) failed in iteration")
+
+
+@pytest.mark.parametrize(
+    ("line", "replacement", "complaint"),
+    [
+        ('MOOS_NAME = "pDice"', 'MOOS_NAME = "pDice"\n    1 / 0', "division by zero"),
+        (
+            "def iterate(self):",
+            "def iterate(self):\n        raise SystemError('hull breach')\n",
+            "hull breach",
+        ),
+        ('self.notify("THROWS"', 'self.notify("THROWS", object())\n        self.notify("X"', "text or bytes"),
+    ],
+)
+def test_whatever_goes_wrong_in_a_run_is_a_row_and_the_study_goes_on(tmp_path, line, replacement, complaint):
+    path = write_study(tmp_path)
+    plugin = tmp_path / "mission" / "dice.py"
+    plugin.write_text(plugin.read_text().replace(line, replacement))
+    outcomes = everything(path, [1, 2], 0)
+    for number in (1, 2):
+        assert outcomes[number].status.startswith("failed: ")
+        assert complaint in outcomes[number].status
+        assert "\n" not in outcomes[number].status
+
+
+def test_a_fault_in_the_measuring_is_a_row_too(dice, monkeypatch):
+    path, _ = dice
+
+    def broken(*_):
+        raise LookupError("no such gauge")
+
+    monkeypatch.setattr("pymoos_lite.hosts.study.measured", broken)
+    outcomes = everything(path, [1, 2], 0)
+    assert "LookupError: no such gauge [" in outcomes[2].status
+    assert set(outcomes[2].values.values()) == {None}
 
 
 def test_a_mission_that_cannot_be_found_makes_the_row_fail(tmp_path):
@@ -191,8 +237,22 @@ def test_failed_rows_are_tried_again(dice):
 def test_the_results_of_another_study_are_never_mixed_in(dice):
     path, _ = dice
     Journal(path.parent / "out", path.read_text()).close()
-    with pytest.raises(JournalError, match="another study"):
-        Journal(path.parent / "out", path.read_text() + "\n# changed\n")
+    for old, new in (("count: 4", "count: 5"), ("total / vehicles", "total / seed"), ("[1, 2]", "[2, 1]")):
+        changed = path.read_text().replace(old, new)
+        assert changed != path.read_text()
+        with pytest.raises(JournalError, match="another study"):
+            Journal(path.parent / "out", changed)
+
+
+def test_what_is_compared_or_watched_can_be_changed_afterwards(dice):
+    path, study = dice
+    journal = Journal(path.parent / "out", path.read_text())
+    journal.add(run_row(study, study.row(1)))
+    journal.close()
+    for more in ("\n# a comment\n", "\nwatch: [throws]\n", "\nwatch: [zero]\n"):
+        again = Journal(path.parent / "out", path.read_text() + more)
+        again.close()
+        assert again.done() == {1}
 
 
 def test_the_table_can_be_read_as_csv_and_parquet_alike(dice):
@@ -233,6 +293,7 @@ def test_a_single_row_run_again_is_compared_with_the_study(dice, capsys):
     ("words", "complaint"),
     [
         (["--row", "99"], "rows 1 to 16"),
+        (["--row", "0"], "rows 1 to 16"),
         (["--rows", "5-99"], "rows 1 to 16"),
         (["--rows", "x"], "expected A-B"),
         (["--workers", "0"], "at least 1"),
@@ -299,6 +360,20 @@ def test_equal_results_give_no_interval_instead_of_nonsense():
     flat = [(row, Outcome(row.number, "ok", {"y": 1.0})) for row, _ in results]
     (pair, _) = paired(flat, Comparison("y", "method", (("a", "b"),), ("vehicles",)))
     assert (pair.low, pair.high, pair.p_t, pair.ties) == (None, None, None, 3)
+
+
+def test_the_summary_names_the_rows_in_which_a_watched_column_is_not_zero():
+    values = {1: 0.0, 2: 3.0, 3: 0.0, 4: 1.0, 5: None}
+    results = [(Row(n, n, ()), Outcome(n, "ok", {"hits": value})) for n, value in values.items()]
+    results.append((Row(6, 6, ()), Outcome(6, "failed: x", {"hits": 99.0})))
+    head, rows = watched_lines("hits", results)
+    assert head == "hits: 4 in all, not 0 in 2 of 4 runs; least 0 (row 1), most 3 (row 2)"
+    assert rows == "  rows 2 (3), 4 (1)"
+    (alone,) = watched_lines("hits", [results[0], results[2]])
+    assert "not 0 in 0 of 2 runs" in alone
+    many = [(Row(n, n, ()), Outcome(n, "ok", {"hits": float(n > 1)})) for n in range(1, 31)]
+    assert watched_lines("hits", many)[1].endswith("21 (1) and 9 more")
+    assert watched_lines("hits", results[4:5]) == ["hits: not measured in any run"]
 
 
 def test_the_summary_tells_means_differences_and_failures(dice):
