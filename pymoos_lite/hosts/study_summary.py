@@ -181,8 +181,9 @@ def watched_lines(column: str, results: Results) -> list[str]:
         return [f"{column}: not measured in any run"]
     low, high = min(known, key=lambda f: (f[1], f[0])), max(known, key=lambda f: (f[1], -f[0]))
     hits = sorted((f for f in known if f[1] != 0.0), key=lambda f: (-f[1], f[0]))
+    total = f"{sum(value for _, value in known):.10g} in all, " if low[1] == 0.0 else ""
     lines = [
-        f"{column}: {sum(value for _, value in known):.10g} in all, not 0 in {len(hits)} of {len(known)} runs; "
+        f"{column}: {total}not 0 in {len(hits)} of {len(known)} runs; "
         f"least {low[1]:.4g} (row {low[0]}), most {high[1]:.4g} (row {high[0]})"
     ]
     if 0 < len(hits) < len(known):
@@ -198,8 +199,8 @@ def paired_text(pair: Paired) -> str:
     head = f"{pair.first} - {pair.second}: {pair.difference:+.4g}"
     if pair.low is not None and pair.high is not None:
         head += f" [{pair.low:+.4g}, {pair.high:+.4g}]  p_t={pair.p_t:.2g}  p_wilcoxon={pair.p_wilcoxon:.2g}"
-    return f"{head}  better in {pair.wins} of {pair.pairs}" + (f", equal in {pair.ties}" if pair.ties else "")
+    return f"{head}  higher in {pair.wins} of {pair.pairs}" + (f", equal in {pair.ties}" if pair.ties else "")
 
 
 def _named(factors: Iterable[tuple[str, str]]) -> str:
-    return ", ".join(f"{name} {value}" for name, value in factors) or "all"
+    return ", ".join(f"{name} {value}" for name, value in factors if value) or "all"

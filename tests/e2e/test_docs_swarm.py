@@ -101,6 +101,23 @@ def test_the_study_of_the_page_is_sound_and_its_rows_can_be_planned(mybloom, pag
     assert plan.fleet.vehicles[0].macros["OPTIONS"] == "bloom_as_configured.opt"
 
 
+def test_the_sensitivity_study_changes_one_setting_at_a_time_and_every_point_can_be_planned(tmp_path):
+    path = BLOOM / "sensitivity.yaml"
+    study = parse_study(path.read_text(), str(path))
+    assert study.problems == ()
+    points = {}
+    for row in study.rows():
+        points.setdefault(row.factors, row)
+        assert len([name for name, _ in row.factors if name != "method"]) == 1
+    assert study.row_count == len(points) * len(study.seeds)
+    for factors, row in points.items():
+        plan, _ = plan_row(study, row, tmp_path / str(row.number))
+        assert plan.problems == ()
+        macros = plan.fleet.vehicles[0].macros
+        assert all(macros[name] == value for name, value in factors if name.isupper())
+        assert macros["METHOD"] == dict(factors)["method"]
+
+
 def test_the_shipped_study_is_the_paper_s():
     path = BLOOM / "study.yaml"
     study = parse_study(path.read_text(), str(path))

@@ -4,6 +4,8 @@ import csv
 import json
 import math
 import random
+import subprocess
+import sys
 
 import pytest
 from scipy import stats
@@ -203,6 +205,27 @@ def test_a_study_goes_on_where_it_was_stopped(dice, capsys):
     assert "16 of 16 runs, 0 failed" in capsys.readouterr().out
 
 
+def test_a_study_that_is_killed_in_the_middle_goes_on_to_the_same_table(tmp_path):
+    trap = tmp_path / "trap"
+    path = write_study(tmp_path, STUDY + f"macros: {{TRAP: '{trap.as_posix()}'}}\n")
+    command = [sys.executable, "-m", "pymoos_lite.tools.cli", "monte", str(path), "--no-progress"]
+
+    def monte(out, *more):
+        done = subprocess.run(
+            [*command, "--workers", "1", "--out", str(tmp_path / out), *more],
+            capture_output=True, text=True, timeout=120, check=False,
+        )  # fmt: skip
+        return done.returncode, done.stderr
+
+    assert monte("calm") == (0, "")
+    assert monte("killed", "--rows", "1-3") == (0, "")
+    trap.write_text("")  # the process ends at once in row 4, with nothing closed or told
+    assert monte("killed")[0] == 9
+    assert monte("killed") == (0, "dice: 3 runs are done already, 13 to go\n")
+    for name in ("results.csv", "summary.txt"):
+        assert (tmp_path / "killed" / name).read_bytes() == (tmp_path / "calm" / name).read_bytes()
+
+
 def test_a_line_cut_off_by_a_crash_is_run_again(dice):
     path, study = dice
     out = path.parent / "out"
@@ -390,7 +413,7 @@ def test_the_summary_tells_means_differences_and_failures(dice):
     assert (cell.least, cell.most, cell.runs) == (min(expected), max(expected), 4)
     text = "\n".join(summary_lines(study, results))
     assert "loaded - plain: +1 [" in text or "loaded - plain: +1  " in text
-    assert "better in 4 of 4" in text
+    assert "higher in 4 of 4" in text
     results[0] = (results[0][0], Outcome(1, "failed: bad luck", {}))
     assert "1 failed" in summary_lines(study, results)[0]
     assert math.isfinite(cell.spread)
