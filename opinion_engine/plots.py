@@ -70,7 +70,7 @@ def simplex_figure(
         raise OpinionError("a zoom is the least opinion shown, which is less than 0")
     made, axes = figure(5.6 * len(zooms), 5.3, 1, len(zooms), squeeze=False)
     for axis, low in zip(axes[0], zooms, strict=True):
-        _simplex_panel(axis, z, names, options, low)
+        simplex_panel(axis, z, names, options, low)
         axis.set_title(f"[{low:g}, {-2.0 * low:g}]", fontsize=10, color="#555555", loc="left")
     handles, labels = axes[0][0].get_legend_handles_labels()
     made.legend(
@@ -80,7 +80,8 @@ def simplex_figure(
     return made
 
 
-def _simplex_panel(axis: Any, z: Floats, names: Sequence[str], options: Sequence[str], low: float) -> None:
+def simplex_panel(axis: Any, z: Floats, names: Sequence[str], options: Sequence[str], low: float) -> None:
+    """One trace per vessel, z (T, N, 3), in a simplex whose least opinion is `low`; see `simplex_figure`."""
     axis.set_axis_off()
     axis.set_aspect("equal")
     corners = on_simplex(np.where(np.eye(3) == 1.0, -2.0 * low, low))

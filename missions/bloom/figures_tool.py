@@ -41,6 +41,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--minutes", type=_minutes, metavar="M,M,...", help="which moments (default six, evenly spaced)"
     )
     _out_argument(sheet, "sheet.png and sheet.svg")
+    beside = commands.add_parser("compare", help="runs beside each other: who commits, who wavers")
+    beside.add_argument(
+        "runs", type=Path, nargs="+", metavar="LOGS", help="folders with the logs of a run each"
+    )
+    beside.add_argument(
+        "--names", metavar="A,B,...", help="what to call the runs (default: their folders' names)"
+    )
+    beside.add_argument(
+        "--from",
+        dest="begin",
+        type=float,
+        default=0.0,
+        metavar="MIN",
+        help="first minute looked at (default 0)",
+    )
+    _out_argument(beside, "compare.png and compare.svg")
     film = commands.add_parser("animation", help="map, simplex and attention side by side, as a GIF")
     _run_arguments(film)
     film.add_argument(
@@ -90,6 +106,16 @@ def run(args: argparse.Namespace) -> int:
             return 0
         from missions.bloom.run_log import read_run
 
+        if args.what == "compare":
+            from missions.bloom.comparison import commitment_lines, compare_figure
+
+            names = args.names.split(",") if args.names else [folder.name for folder in args.runs]
+            if len(names) != len(args.runs):
+                raise ValueError(f"--names: {len(names)} names for {len(args.runs)} runs")
+            runs = [read_run(folder) for folder in args.runs]
+            print("\n".join(commitment_lines(names, runs, 60.0 * args.begin)))
+            _write(compare_figure(names, runs, 60.0 * args.begin), args.out, args.what)
+            return 0
         history = read_run(args.logs)
         if args.what == "animation":
             from missions.bloom.pictures import animate

@@ -32,6 +32,7 @@ KEPT = frozenset(
         "OWN_ATTENTION",
         "CONTACTS_LIST",
         "MODE",
+        "NUMBER_OF_SAMPLED_BLOOMS",
     ]
 )
 RULED = ("RETURNING", "STATION-KEEPING")
@@ -51,7 +52,7 @@ class CircleEvent:
 class RunLog:
     """t (T,) s; x, y, heading (T, N); option (T, N) as index into `options`, -1 while none is followed
     (before the first choice, out of action, on the way home); opinions as in `FleetHistory`; circles in order
-    of time."""
+    of time. samples (T, N) is the number each vessel has taken."""
 
     names: tuple[str, ...]
     t: Floats
@@ -61,6 +62,7 @@ class RunLog:
     option: NDArray[np.int64]
     opinions: FleetHistory
     circles: tuple[CircleEvent, ...]
+    samples: NDArray[np.int64]
 
     def index(self, seconds: float) -> int:
         """The row of a time, held to the run."""
@@ -113,6 +115,7 @@ def read_run(folder: Path) -> RunLog:
         option,
         opinions,
         _circles(folder),
+        _samples(t, [logs[name] for name in names]),
     )
 
 
@@ -137,6 +140,15 @@ def _follows(t: Floats, entries: Iterable[AlogEntry]) -> NDArray[np.bool_]:
         if e.name == "MODE"
     ]
     return _held(t, rows, 0.0 if rows else 1.0) > 0.0
+
+
+def _samples(t: Floats, logs: Iterable[list[AlogEntry]]) -> NDArray[np.int64]:
+    """What each vessel has counted; the count is posted as text."""
+    columns = []
+    for entries in logs:
+        counts = [(e.time, e.value.strip()) for e in entries if e.name == "NUMBER_OF_SAMPLED_BLOOMS"]
+        columns.append(_held(t, [(time, float(text)) for time, text in counts if text.isdigit()], 0.0))
+    return np.column_stack(columns).astype(np.int64)
 
 
 def _numbers(entries: Iterable[AlogEntry], variable: str) -> list[tuple[float, float]]:

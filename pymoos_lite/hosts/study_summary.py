@@ -167,7 +167,7 @@ def summary_lines(study: StudyFile, results: Results) -> list[str]:
     for comparison in study.comparisons:
         lines += ["", f"{comparison.column}: differences at equal seeds, with 95 % confidence"]
         for pair in paired(results, comparison):
-            lines.append(f"  {_named(pair.within):<24} {paired_text(pair)}")
+            lines.append(f"  {_named(pair.within):<28} {paired_text(pair)}")
     for column in study.watched:
         lines += ["", *watched_lines(column, results)]
     return lines

@@ -1,11 +1,13 @@
 """Figures of the bloom mission: what is read from logs, and that every picture holds what it should."""
 
 import csv
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgba
 
+from missions.bloom.comparison import commitment, compare_figure
 from missions.bloom.pictures import (
     NONE_COLOUR,
     Curve,
@@ -17,6 +19,7 @@ from missions.bloom.pictures import (
     study_figure,
 )
 from missions.bloom.run_log import read_run
+from opinion_engine.model import OpinionError
 from pymoos_lite.tools import cli
 from pymoos_lite.tools.log_reading import LogError
 
@@ -155,6 +158,36 @@ def test_a_contact_sheet_has_a_panel_for_every_moment(folder):
     assert discs == [1, 1, 2, 1, 0, 0], "blooms and storm of the moment"
     with pytest.raises(ValueError, match="at least one"):
         sheet_figure(read_run(folder), [])
+
+
+def test_runs_are_compared_by_how_their_vessels_commit(folder, tmp_path, monkeypatch, capsys):
+    run = read_run(folder)
+    t = np.arange(601.0)
+    wave = np.where(t[:, None] < 300.0, 1.0, -1.0) * np.array([1.0, 2.0])
+    z = np.stack([-wave, wave, 0.0 * wave], axis=-1)
+    z[:60] = 0.0
+    samples = np.repeat(t[:, None] // 100, 2, axis=1).astype(np.int64)
+    opinions = replace(run.opinions, t=t, z=z)
+    made_up = replace(run, t=t, option=(wave < 0.0).astype(np.int64), samples=samples, opinions=opinions)
+    found = commitment(made_up, 0.0)
+    assert found.changes == pytest.approx(1.0)
+    assert found.deadlock == pytest.approx(60 / 601)
+    assert found.apart == pytest.approx(3.0 * 541 / 601)
+    assert found.strength == pytest.approx(1.5 * np.sqrt(2.0) * 541 / 601)
+    assert found.samples == 12
+    assert commitment(made_up, 60.0).deadlock == 0.0
+    made = compare_figure(["one", "two"], [made_up, run], 0.0)
+    assert [axis.get_title() for axis in made.axes[:2]] == ["one", "two"]
+    for axis in made.axes[2:]:
+        assert sum(patch.get_height() for patch in axis.patches) == pytest.approx(100.0)
+    with pytest.raises(OpinionError, match="ends at 600 s"):
+        commitment(made_up, 600.0)
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["bloom", "compare", str(folder), str(folder), "--names", "a,b", "--from", "0.5"]) == 0
+    assert (tmp_path / "compare.png").exists()
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines[:3]] == ["run", "a", "b"]
+    assert cli.main(["bloom", "compare", str(folder), "--names", "a,b"]) == 1
 
 
 def test_the_animation_has_a_frame_for_every_step(folder, tmp_path):
