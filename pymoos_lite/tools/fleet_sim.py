@@ -59,8 +59,10 @@ def run(args: argparse.Namespace) -> int:
         host.poke(at, name, value, community)
     began = time.perf_counter()
     progress = None if args.no_progress or not sys.stderr.isatty() else Progress(args.duration, began)
+    sent = ""
     try:
         host.run(args.duration, progress)
+        sent = bytes_by_variable(host, plan)
     finally:
         took = time.perf_counter() - began
         host.stop()
@@ -68,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
             progress.clear()
     for failure in host.failures:
         print(failure, file=sys.stderr)
-    tell_end(host, plan, took)
+    tell_end(host, plan, took, sent)
     return 1 if host.failures else 0
 
 
@@ -103,7 +105,7 @@ def _end_when(host: Lockstep, plan: FleetPlan, until: str | None) -> None:
         host.end_when(lambda: ended({n: v for n in names if (v := database.value(n)) is not None}))
 
 
-def tell_end(host: Lockstep, plan: FleetPlan, took: float) -> None:
+def tell_end(host: Lockstep, plan: FleetPlan, took: float, sent: str = "") -> None:
     """The closing lines: what the mission itself reports, the network, the speed."""
     shore = plan.shoreside
     if shore is not None:
@@ -115,8 +117,8 @@ def tell_end(host: Lockstep, plan: FleetPlan, took: float) -> None:
         f"network: {total.sent} datagrams, {total.lost} lost, {total.squeezed} squeezed out, "
         f"{total.unreachable} for nobody"
     )
-    if shares := bytes_by_variable(host, plan):
-        print(f"each vessel sends, bytes per second: {shares}")
+    if sent:
+        print(f"each vessel sends, bytes per second: {sent}")
     count = len(plan.fleet.vehicles)
     print(
         f"{plan.fleet.name}: {count} vehicle{'s' if count != 1 else ''}, {host.elapsed:.0f} mission seconds in "
@@ -133,7 +135,8 @@ def bytes_by_variable(host: Lockstep, plan: FleetPlan, most: int = 8) -> str:
                 for output in runner.app.table.outputs():
                     totals[output.name] += output.bytes
     seconds = max(host.elapsed, 1e-9) * max(1, len(plan.fleet.vehicles))
-    ordered = sorted(((n, b) for n, b in totals.items() if b), key=lambda f: (-f[1], f[0]))
-    shown = [f"{name} {size / seconds:.0f}" for name, size in ordered[:most]]
-    rest = sum(size for _, size in ordered[most:])
-    return ", ".join([*shown, f"{len(ordered) - most} others {rest / seconds:.0f}"] if rest else shown)
+    ordered = sorted(totals.items(), key=lambda f: (-f[1], f[0]))
+    shown = [(name, size) for name, size in ordered[:most] if size >= 0.5 * seconds]
+    words = [f"{name} {size / seconds:.0f}" for name, size in shown]
+    rest = sum(size for _, size in ordered[len(shown) :])
+    return ", ".join([*words, f"others {rest / seconds:.0f}"] if shown else [])

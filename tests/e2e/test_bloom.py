@@ -5,6 +5,7 @@ hours hold happens within fifteen minutes.
 """
 
 import itertools
+import re
 import subprocess
 import sys
 from math import hypot
@@ -253,6 +254,9 @@ def test_it_runs_as_people_type_it(tmp_path):
     assert run.returncode == 0, run.stderr
     assert run.stderr == ""
     assert "bloom: 2 vehicles, 30 mission seconds" in run.stdout
+    (sent,) = re.findall(r"^each vessel sends, bytes per second: (.*)$", run.stdout, re.MULTILINE)
+    rates = {name: int(rate) for name, rate in re.findall(r"([A-Z_]+) (\d+)", sent)}
+    assert rates["NODE_REPORT"] > rates["NODE_MESSAGE"] > 0
     (log,) = tmp_path.glob("LOG_ABE*/*.alog")
     assert "OWN_OPINION_STATE" in log.read_text()
 
