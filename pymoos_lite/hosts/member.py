@@ -39,6 +39,7 @@ def main() -> int:
             share_bind=order["share_bind"],
         )
         host = RealtimeHost(plan, options, RealClock(order["warp"]), _tell)
+        host.prepare()
     except (MissionError, PortError) as error:
         _tell(str(error))
         return FAILED_STATUS

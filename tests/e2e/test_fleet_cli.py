@@ -68,12 +68,31 @@ def test_check_tells_all_problems_of_a_fleet(tmp_path):
     assert "Traceback" not in result.stderr
 
 
+LAST_WORDS = """
+from pymoos_lite.app import App
+
+
+class LastWords(App):
+    MOOS_NAME = "pLastWords"
+
+    def iterate(self):
+        self.notify("MISSION_REPORT", "so far so good")
+
+    def on_quit(self):
+        self.notify("MISSION_REPORT", "the figures of the end")
+        self.notify("MISSION_RESULT", "pass")
+"""
+
+
 @pytest.mark.slow
 def test_a_launched_fleet_obeys_commands_to_some_and_to_all_and_ends_in_an_orderly_way(tmp_path):
     base = free_port()
     text = (DATA / "fleet.yaml").read_text() + f"ports: {{database: {base}}}\n"
     folder = shutil.copytree(DATA, tmp_path / "mission")
     (folder / "fleet.yaml").write_text(text)
+    (folder / "last_words.py").write_text(LAST_WORDS)
+    shore = folder / "meta_shoreside.moos"
+    shore.write_text(shore.read_text().replace("Run = pLogger", "Run = pLogger\n  Run = pLastWords"))
     words = ["launch", folder, "--vehicles", "2", "--warp", "10", "--plain", "--log-dir", tmp_path / "logs"]
     process = subprocess.Popen(
         [*PYMOOS, *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=tmp_path
@@ -112,6 +131,11 @@ def test_a_launched_fleet_obeys_commands_to_some_and_to_all_and_ends_in_an_order
     assert process.returncode == 0, out
     assert "abe reports" in out
     assert "drifters: ended after" in out
+    # What is posted while the apps quit is still shown.
+    assert "so far so good" not in out
+    assert "\nthe figures of the end\n" in out
+    assert "mission result: pass" in out
+    assert "did not end by itself" not in out
     assert all(p.read_text().strip() for p in (tmp_path / "logs").rglob("*.alog"))
 
 
