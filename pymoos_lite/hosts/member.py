@@ -6,6 +6,7 @@ wants the community to end.
 
 from __future__ import annotations
 
+import gc
 import json
 import signal
 import sys
@@ -48,6 +49,9 @@ def main() -> int:
     stop_with_stdin(ended.set)
     try:
         host.start_apps()
+        # What was imported stays: at a high warp a look through all of it would cost many ticks.
+        gc.collect()
+        gc.freeze()
         host.run(ended.is_set)
     except Exception as error:
         _tell(str(describe_failure(plan.community, "the host", error, "its loop")))

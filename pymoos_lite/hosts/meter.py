@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 import time
 
-
 PERIOD = 0.5
 """Wall seconds between two measurements: at a high time warp many apps ask many times."""
 

@@ -73,7 +73,7 @@ def test_many_vessels_have_room_to_start_and_the_interval_of_swaps_can_change_wh
     app = host.communities["shoreside"].app("pSwapStations")
     host.poke(1.0, "DEPLOY_ALL", "true")
     host.poke(5.0, "SWAP_INTERVAL", 7.0)
-    host.poke(20.0, "SWAP_INTERVAL", "soon")
+    host.poke(20.0, "SWAP_INTERVAL", 0.2)
     host.run(10.5)
     assert app.next_swap - host.clock.start == pytest.approx(12.0, abs=1.1)
     host.run(20.0)
