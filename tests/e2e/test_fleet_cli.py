@@ -101,6 +101,7 @@ def test_a_launched_fleet_obeys_commands_to_some_and_to_all_and_ends_in_an_order
     abe, ben = (RemoteClient("watcher", LOOPBACK, base + i, clock=clock) for i in (1, 2))
     try:
         heard = {"abe": {}, "ben": {}}
+        stamps = {}
         for client in (abe, ben):
             for name in ("STATION_KEEP", "RETURN", "NODE_REPORT"):
                 client.register(name)
@@ -110,7 +111,9 @@ def test_a_launched_fleet_obeys_commands_to_some_and_to_all_and_ends_in_an_order
             while not happened():
                 assert time.monotonic() < end, heard
                 for name, client in (("abe", abe), ("ben", ben)):
-                    heard[name].update((m.name, m.value) for m in client.poll(0.05))
+                    for m in client.poll(0.05):
+                        heard[name][m.name] = m.value
+                        stamps[m.name] = m.time
 
         # Once its own report has come back from the other, a vehicle is bridged both ways.
         wait_for(lambda: "NODE_REPORT" in heard["abe"] and "NODE_REPORT" in heard["ben"])
@@ -118,6 +121,8 @@ def test_a_launched_fleet_obeys_commands_to_some_and_to_all_and_ends_in_an_order
         assert pymoos("fleet", "station", "abe", *where).returncode == 0
         wait_for(lambda: heard["abe"].get("STATION_KEEP") == "true")
         assert "STATION_KEEP" not in heard["ben"]
+        # Stamped in the fleet's own time, whose warp the command was not told: a helm would ignore it else.
+        assert abs(stamps["STATION_KEEP"] - clock.now()) < 60.0 * 10.0
         assert pymoos("fleet", "return", *where).returncode == 0
         wait_for(lambda: heard["abe"].get("RETURN") == heard["ben"].get("RETURN") == "true")
         result = pymoos("fleet", "retrun", *where)
