@@ -233,8 +233,8 @@ def sweep(
     indptr, indices   whom each agent hears, row by row, uint32
     starts, slots, places   the same links as `gather_kernels.side_by_side` lays them out, or empty
     lag         (E,) int16 steps into the past, -1 = nothing heard; empty: everything is heard at once
-    history     flat ring of H states (N + 1, W), `head` the present one; row N is zero. A row holds the N_O opinions, zeros,
-                and in its last place their mean square, which neighbours need for attention (W: `row_width`)
+    history     flat ring of H states (N + 1, W), `head` the present one; row N is zero. A row holds the N_O opinions,
+                zeros, and in its last place their mean square, which neighbours need for attention (W: `row_width`)
     inputs      (tiles, N_O * TILE) planes, or (1, N_O * TILE) for all tiles; see `input_planes`
     active, options  (N, N_O) bool and (N,) count of them; both empty: all active
     kinds       (N,) uint8 index into own, neighbour (K, N_O, N_O), resistance (K, N_O), attention (K, 5: tau_u,
