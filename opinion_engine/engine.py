@@ -205,7 +205,7 @@ class OpinionEngine:
         if indices is not None:
             try:
                 raw = float(value)
-            except ValueError:
+            except (TypeError, ValueError):
                 raw = np.nan
             if not np.isfinite(raw):
                 self.counters.bad_inputs += 1

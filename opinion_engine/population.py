@@ -128,6 +128,8 @@ class Population:
             u_min = self._attention[:, 1]
             u0 = u_min[self._kinds] if len(rows) > 1 else u_min[0]
         self._u = finite_array("u0", u0, (n,))
+        if self._u.min() < 0.0:
+            raise OpinionError(f"u0 is {self._u.min():g} somewhere, expected attention of at least 0")
         self._u_next = np.empty(n)
         self._rng = np.random.default_rng(seed)
         self._silent: Bools | None = None

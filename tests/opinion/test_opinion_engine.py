@@ -194,7 +194,7 @@ def test_unknown_inputs_mean_no_bias_whatever_the_range():
     assert agent.inputs == (-1.0, 0.0)
 
 
-@pytest.mark.parametrize("value", [float("nan"), float("inf"), "west"])
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), "west", None])
 def test_an_input_that_is_no_number_is_refused_and_the_last_one_stays(value):
     agent = engine()
     agent.take("EXPLORE_INPUT", 50.0)

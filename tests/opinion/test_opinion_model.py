@@ -393,3 +393,22 @@ def test_inputs_stay_within_their_gain(raw, low, gain, shape):
     b = input_value(raw, low, 100.0, gain, shape)
     assert -gain * (1 + 1e-15) <= b <= gain * (1 + 1e-15)
     assert shape == "none" or b >= 0.0
+
+
+@pytest.mark.parametrize(
+    ("make", "reason"),
+    [
+        (lambda: OpinionNetwork([[1, 2], [3]], np.eye(3)), "coupling tensor must be numbers of shape"),
+        (lambda: Couplings([1.0], [["x"]], [[0.0]]), "own couplings must be numbers"),
+        (lambda: Couplings.homogeneous(-1, alpha=1, beta=0, gamma=0, delta=0), "at least one option"),
+        (lambda: Couplings.homogeneous(3, alpha="x", beta=0, gamma=0, delta=0), "alpha is 'x'"),
+        (lambda: Couplings.homogeneous(3, alpha=1, beta=0, gamma=np.nan, delta=0), "gamma is nan"),
+        (lambda: Attention(n="x"), "attention n is 'x'"),
+        (lambda: Attention(tau_u=None), "attention tau_u is None"),
+        (lambda: input_value(float("nan"), 0.0, 1.0), "raw input is nan"),
+    ],
+)
+def test_values_that_are_no_numbers_are_refused_with_one_line(make, reason):
+    with pytest.raises(OpinionError, match=reason) as refused:
+        make()
+    assert "\n" not in str(refused.value)

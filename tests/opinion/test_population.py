@@ -327,6 +327,7 @@ def test_run_records_shares_attention_and_the_agents_observed():
         ({"inputs": np.full((4, 3), np.nan)}, r"inputs\[0, 0\] is nan"),
         ({"kinds": np.zeros(4, int)}, "kinds need a list"),
         ({"attention": None}, "needs u0"),
+        ({"u0": -0.1}, "expected attention of at least 0"),
         ({"attention": [ATTENTION, ATTENTION]}, "2 attention parameters for 1"),
         ({"active": np.ones((4, 2))}, "active has shape"),
         ({"couplings": [uniform(), uniform(2)]}, "same number of options"),
@@ -404,3 +405,19 @@ def test_a_local_order_brings_neighbours_together_and_keeps_the_graph():
 def test_graphs_that_are_none_are_refused(indptr, indices, reason):
     with pytest.raises(OpinionError, match=reason):
         Graph(np.array(indptr), np.array(indices, dtype=int))
+
+
+@pytest.mark.parametrize(
+    ("make", "reason"),
+    [
+        (lambda rng: graphs.from_dense([[0, np.nan], [1, 0]]), r"adjacency\[0, 1\] is nan"),
+        (lambda rng: graphs.from_dense("x"), "adjacency must be numbers"),
+        (lambda rng: graphs.star(0), "at least 1 agent, not 0"),
+        (lambda rng: graphs.line(-1), "at least 1 agent, not -1"),
+        (lambda rng: graphs.random_pairs(10, -1.0, rng), "mean_degree is -1"),
+        (lambda rng: graphs.random_geometric(10, np.nan, rng), "mean_degree is nan"),
+    ],
+)
+def test_graphs_that_cannot_be_made_are_refused(make, reason):
+    with pytest.raises(OpinionError, match=reason):
+        make(np.random.default_rng(0))
