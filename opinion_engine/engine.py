@@ -18,6 +18,7 @@ import numpy as np
 from opinion_engine import kernels, messages
 from opinion_engine.messages import ENCODINGS, Encoding, MessageError, OpinionMessage
 from opinion_engine.model import Attention, OpinionError
+from opinion_engine.neighbours import Neighbour, Neighbours
 from opinion_engine.option_file import OptionSet
 
 ModelVariant = Literal["paper", "reference"]
@@ -26,7 +27,6 @@ MODELS: tuple[ModelVariant, ...] = ("paper", "reference")
 RESET_SECONDS = 5.0
 """How long after a reset neither updates nor messages count (gcid.md 6)."""
 
-MAX_NEIGHBOURS = 1024
 _RATE_WINDOW = 10.0  # seconds over which the bytes sent are averaged
 
 
@@ -64,19 +64,6 @@ class EngineSettings:
     def longest_dt(self) -> float:
         """The longest time one update integrates, in seconds."""
         return 3.0 / self.social_tick if self.max_dt is None else self.max_dt
-
-
-@dataclass(slots=True)
-class Neighbour:
-    """What is held of one neighbour: the last record, when it came and was sent, and how often it was heard."""
-
-    name: str
-    group: str
-    time: float
-    text: str
-    dominant: str | None = None  # '' undecided, None never said
-    count: int = 0
-    sent: float = float("-inf")
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +128,6 @@ class OpinionEngine:
         attention = settings.attention
         self._attention = (attention.tau_u, attention.u_min, attention.u_max, attention.y_th, attention.n)
         self._names = options.names
-        self._index = {option: j for j, option in enumerate(self._names)}
         self._z = np.zeros(n)
         self._u = attention.u_min
         self._b = np.zeros(n)
@@ -157,11 +143,7 @@ class OpinionEngine:
         self._active = np.zeros(n, np.bool_)
         self._flags: tuple[bool, ...] = ()
         self._refresh_activity()
-        self._record_time = np.zeros(8)
-        self._record_z = np.zeros((8, n))
-        self._record_square = np.zeros(8)
-        self._neighbours: list[Neighbour] = []
-        self._row_of: dict[str, int] = {}
+        self._heard_of = Neighbours(self._names, settings.stale, settings.opinion_thresh)
         self._posted: dict[str, str] = {}
         self._lists: dict[str, str] = {}
         self._sent: deque[tuple[float, int]] = deque()
@@ -209,7 +191,7 @@ class OpinionEngine:
     @property
     def neighbours(self) -> tuple[Neighbour, ...]:
         """The neighbours on record, stale ones included, by name."""
-        return tuple(sorted(self._neighbours, key=lambda n: n.name))
+        return self._heard_of.all()
 
     # --- what comes in -------------------------------------------------------------------------
 
@@ -223,7 +205,7 @@ class OpinionEngine:
         if indices is not None:
             try:
                 raw = float(value)
-            except ValueError:
+            except (TypeError, ValueError):
                 raw = np.nan
             if not np.isfinite(raw):
                 self.counters.bad_inputs += 1
@@ -267,23 +249,17 @@ class OpinionEngine:
             self.counters.rejected += 1
             self.counters.last_rejection = str(error)
             return False
-        row = self._row_of.get(record.vname)
         if not self._reference:
             if record.vname.lower() == self.name.lower():
                 self.counters.own += 1
                 return False
-            if row is not None and sent < self._neighbours[row].sent:
+            if sent < self._heard_of.sent(record.vname):
                 self.counters.outdated += 1
                 return False
-        if row is None:
-            row = self._free_row(now)
-            if row is None:
-                self.counters.overflow += 1
-                return False
-            self._neighbours[row] = Neighbour(record.vname, record.group, now, "")
-            self._row_of[record.vname] = row
-        self._neighbours[row].sent = sent
-        self._store(row, record, now, message)
+        text = message if isinstance(message, str) else message.hex()
+        if not self._heard_of.store(record, sent, now, text):
+            self.counters.overflow += 1
+            return False
         self.counters.accepted += 1
         return True
 
@@ -297,43 +273,6 @@ class OpinionEngine:
         opinions = {name: z[j] for j, name in enumerate(self._names) if active[j]}
         return OpinionMessage(sender, "", opinions)
 
-    def _store(self, row: int, record: OpinionMessage, now: float, message: str | bytes) -> None:
-        neighbour = self._neighbours[row]
-        neighbour.time = now
-        neighbour.group = record.group or neighbour.group
-        neighbour.count += 1
-        neighbour.text = message if isinstance(message, str) else message.hex()
-        dominant = record.dominant(self.settings.opinion_thresh)
-        if dominant is not None:
-            neighbour.dominant = dominant
-        self._record_time[row] = now
-        self._record_z[row] = 0.0
-        square = 0.0
-        for option, value in record.opinions.items():
-            square += value * value
-            j = self._index.get(option)
-            if j is not None:
-                self._record_z[row, j] = value
-        self._record_square[row] = square / len(record.opinions) if record.opinions else 0.0
-
-    def _free_row(self, now: float) -> int | None:
-        """A row for a new neighbour: a fresh one, or that of the stalest; None when all are fresh and it is
-        full.
-        """
-        count = len(self._neighbours)
-        if count < MAX_NEIGHBOURS:
-            if count == self._record_time.size:
-                self._record_time = np.resize(self._record_time, 2 * count)
-                self._record_square = np.resize(self._record_square, 2 * count)
-                self._record_z = np.vstack([self._record_z, np.zeros_like(self._record_z)])
-            self._neighbours.append(Neighbour("", "", now, ""))
-            return count
-        row = int(np.argmin(self._record_time[:count]))
-        if now - self._record_time[row] <= self.settings.stale:
-            return None
-        del self._row_of[self._neighbours[row].name]
-        return row
-
     def reset(self, now: float) -> None:
         """Start over: opinions 0, attention u_min, neighbours and last choice forgotten, deaf and still for 5
         s.
@@ -343,13 +282,9 @@ class OpinionEngine:
         self._heard_square = 0.0
         self._posted.clear()
         self._reset_until = now + RESET_SECONDS
-        self._row_of.clear()
-        if self._reference:  # keeps the population lists, and the time from which the next step counts
-            for neighbour in self._neighbours:
-                neighbour.time = -np.inf
-        else:
+        if not self._reference:  # which keeps the time from which the next step counts
             self._last = self._reset_until - self._period
-        self._neighbours.clear()
+        self._heard_of.forget()
 
     # --- what goes out -------------------------------------------------------------------------
 
@@ -366,16 +301,17 @@ class OpinionEngine:
         if not self._reference and dt > self.settings.longest_dt:
             self.counters.capped += 1
             dt = self.settings.longest_dt
+        heard = self._heard_of
         self._u, self._heard_square = kernels.agent_update(
             self._z,
             self._u,
             dt,
             now,
             self.settings.stale,
-            len(self._neighbours),
-            self._record_time,
-            self._record_z,
-            self._record_square,
+            len(heard),
+            heard.times,
+            heard.z,
+            heard.squares,
             self._heard_sum,
             self._resistance,
             self._own,
@@ -436,11 +372,7 @@ class OpinionEngine:
 
     def population(self, now: float) -> dict[str, tuple[str, ...]]:
         """Fresh neighbours by dominant option: option name, or '' for the undecided, to sorted names."""
-        groups: dict[str, list[str]] = {name: [] for name in (*self._names, "")}
-        for row, neighbour in enumerate(self._neighbours):
-            if now - self._record_time[row] < self.settings.stale and neighbour.dominant in groups:
-                groups[neighbour.dominant].append(neighbour.name)
-        return {option: tuple(sorted(names)) for option, names in groups.items()}
+        return self._heard_of.by_choice(now)
 
     def list_changes(self, now: float) -> tuple[tuple[str, str], ...]:
         """`<OPTION>_LIST` and `UNDECIDED_LIST` postings that differ from the last call's (gcid.md 7)."""

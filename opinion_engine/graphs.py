@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from opinion_engine.model import Floats, OpinionError
+from opinion_engine.model import Floats, OpinionError, array_of, finite_array, finite_number
 
 Indices = NDArray[np.uint32]
 
@@ -103,6 +103,7 @@ class Graph:
 
 def from_links(n: int, hearers: ArrayLike, heard: ArrayLike, positions: Floats | None = None) -> Graph:
     """A graph of n agents from directed links (hearer, heard); repeated links count once."""
+    _require_agents(n)
     hearer = np.asarray(hearers, dtype=np.int64)
     other = np.asarray(heard, dtype=np.int64)
     if hearer.shape != other.shape or hearer.ndim != 1:
@@ -123,15 +124,21 @@ def undirected(n: int, first: ArrayLike, second: ArrayLike, positions: Floats | 
 
 def from_dense(adjacency: ArrayLike) -> Graph:
     """The graph of a dense matrix: row hears column where the entry is not 0."""
-    matrix = np.asarray(adjacency)
+    matrix = array_of("adjacency", adjacency, "(N, N)")
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1]:
         raise OpinionError(f"adjacency has shape {matrix.shape}, expected (N, N)")
-    rows, columns = np.nonzero(matrix)
+    rows, columns = np.nonzero(finite_array("adjacency", matrix, matrix.shape))
     return from_links(matrix.shape[0], rows, columns)
+
+
+def _require_agents(n: int) -> None:
+    if n < 1:
+        raise OpinionError(f"a graph needs at least 1 agent, not {n}")
 
 
 def line(n: int) -> Graph:
     """Each agent hears the one before and the one after."""
+    _require_agents(n)
     x = np.arange(n, dtype=np.float64)
     i = np.arange(n - 1)
     return undirected(n, i, i + 1, np.column_stack([x, np.zeros(n)]))
@@ -148,17 +155,28 @@ def ring(n: int) -> Graph:
 
 def star(n: int) -> Graph:
     """Agent 0 hears and is heard by all others, who hear nobody else."""
+    _require_agents(n)
     leaves = np.arange(1, n)
     return undirected(n, np.zeros(n - 1, dtype=np.int64), leaves)
 
 
 def all_to_all(n: int) -> Graph:
     """Everybody hears everybody else."""
+    _require_agents(n)
     return from_dense(1.0 - np.eye(n))
+
+
+def _degree(n: int, mean_degree: float) -> float:
+    _require_agents(n)
+    value = finite_number("mean_degree", mean_degree)
+    if value < 0.0:
+        raise OpinionError(f"mean_degree is {value:g}, expected at least 0")
+    return value
 
 
 def random_pairs(n: int, mean_degree: float, rng: np.random.Generator) -> Graph:
     """An Erdos-Renyi graph: n * mean_degree / 2 pairs drawn at random (repeats dropped)."""
+    mean_degree = _degree(n, mean_degree)
     wanted = round(n * mean_degree / 2.0)
     first = rng.integers(0, n, wanted)
     second = rng.integers(0, n - 1, wanted) if n > 1 else first[:0]
@@ -172,6 +190,7 @@ def random_geometric(n: int, mean_degree: float, rng: np.random.Generator) -> Gr
     The range gives the mean degree in the middle of the square (a little less at the edges). Agents are
     numbered along a space-filling curve. Needs scipy.
     """
+    mean_degree = _degree(n, mean_degree)
     from scipy.spatial import cKDTree
 
     points = rng.random((n, 2))

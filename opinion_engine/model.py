@@ -11,6 +11,7 @@ opinion about option j.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -33,12 +34,28 @@ class OpinionError(ValueError):
     """A model, input or message that cannot be used; the message says what and what would be right."""
 
 
-def finite_array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Floats:
-    """`value` as float64, broadcast to `shape`, copied; OpinionError for a wrong shape, NaN or infinity."""
+def array_of(name: str, value: ArrayLike, shape: object) -> Floats:
+    """`value` as float64 of any shape; OpinionError, naming the shape expected, for what is no array of numbers."""
     try:
-        array = np.asarray(value, dtype=np.float64)
+        return np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError):
         raise OpinionError(f"{name} must be numbers of shape {shape}") from None
+
+
+def finite_number(name: str, value: object) -> float:
+    """`value` as a float; OpinionError for what is no number, NaN or infinity."""
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        raise OpinionError(f"{name} is {value!r:.40}, expected a number") from None
+    if not math.isfinite(number):
+        raise OpinionError(f"{name} is {number:g}, expected a finite number")
+    return number
+
+
+def finite_array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Floats:
+    """`value` as float64, broadcast to `shape`, copied; OpinionError for a wrong shape, NaN or infinity."""
+    array = array_of(name, value, shape)
     try:
         array = np.array(np.broadcast_to(array, shape), order="C")
     except ValueError:
@@ -76,9 +93,9 @@ class Attention:
 
     def __post_init__(self) -> None:
         for name in ("tau_u", "u_min", "u_max", "y_th", "n"):
-            value = float(getattr(self, name))
-            if not (np.isfinite(value) and value > 0.0):
-                raise OpinionError(f"attention {name} is {value:g}, expected a finite number more than 0")
+            value = finite_number(f"attention {name}", getattr(self, name))
+            if value <= 0.0:
+                raise OpinionError(f"attention {name} is {value:g}, expected more than 0")
             object.__setattr__(self, name, value)
         if self.u_max < self.u_min:
             raise OpinionError(f"attention u_max is {self.u_max:g}, expected at least u_min, {self.u_min:g}")
@@ -123,7 +140,8 @@ class Couplings:
     heard: Floats
 
     def __post_init__(self) -> None:
-        n_o = np.shape(self.own)[0] if np.ndim(self.own) == 2 else np.size(self.resistance)
+        own = array_of("own couplings", self.own, "(N_O, N_O)")
+        n_o = own.shape[0] if own.ndim == 2 else np.size(self.resistance)
         if n_o < 1:
             raise OpinionError("couplings need at least one option")
         object.__setattr__(self, "own", finite_array("own couplings", self.own, (n_o, n_o)))
@@ -136,10 +154,13 @@ class Couplings:
         cls, n_options: int, *, alpha: float, beta: float, gamma: float, delta: float, resistance: float = 1.0
     ) -> Couplings:
         """The same alpha, beta, gamma, delta and resistance for every option."""
+        if n_options < 1:
+            raise OpinionError("couplings need at least one option")
         eye = np.eye(n_options)
-        own = np.where(eye == 1.0, float(alpha), float(beta))
-        heard = np.where(eye == 1.0, float(gamma), float(delta))
-        return cls(np.full(n_options, float(resistance)), own, heard)
+        a, b = finite_number("alpha", alpha), finite_number("beta", beta)
+        g, d = finite_number("gamma", gamma), finite_number("delta", delta)
+        spread = np.full(n_options, finite_number("resistance", resistance))
+        return cls(spread, np.where(eye == 1.0, a, b), np.where(eye == 1.0, g, d))
 
     @property
     def n_options(self) -> int:
@@ -182,7 +203,7 @@ class OpinionNetwork:
     _kernel_tensor: Floats = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        shape = np.shape(self.tensor)
+        shape = array_of("coupling tensor", self.tensor, "(N_a, N_a, N_O, N_O)").shape
         if len(shape) != 4 or shape[0] != shape[1] or shape[2] != shape[3] or 0 in shape:
             raise OpinionError(f"coupling tensor has shape {shape}, expected (N_a, N_a, N_O, N_O)")
         n_a, _, n_o, _ = shape
@@ -192,7 +213,7 @@ class OpinionNetwork:
             raise OpinionError("links must not be negative; put the sign into the couplings")
         if np.any(np.diag(links) == 0.0):
             raise OpinionError("links must include every agent itself: the diagonal of abar is 1")
-        resistance = np.asarray(self.resistance, dtype=np.float64)
+        resistance = array_of("resistance", self.resistance, (n_a, n_o))
         if resistance.ndim == 1 and resistance.size == n_a:
             resistance = resistance[:, None]  # one per agent
         object.__setattr__(self, "tensor", tensor)
@@ -331,9 +352,13 @@ def strongest(z: ArrayLike, active: ArrayLike | None = None) -> int:
 
 
 def input_value(raw: float, low: float, high: float, gain: float = 1.0, shape: str = "none") -> float:
-    """The input b of a raw value: clip to [low, high], map to s in [-1, 1], gain * s or (quadratic) gain *
-    s^2.
+    """The input b of a raw value: clip to [low, high], map to s in [-1, 1], gain * s or (quadratic)
+    gain * s^2.
+
+    Raises OpinionError for a raw value that is not a number.
     """
+    if math.isnan(raw):
+        raise OpinionError("a raw input is nan, expected a number")
     s = 2.0 * (min(max(raw, low), high) - low) / (high - low) - 1.0
     return gain * s * s if shape == "quadratic" else gain * s
 

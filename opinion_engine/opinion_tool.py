@@ -122,9 +122,10 @@ def _pairs(texts: list[str], what: str) -> dict[str, str]:
 def _design(args: argparse.Namespace) -> str:
     from opinion_engine import design
     from opinion_engine.option_file import read_options
+    from opinion_engine.reach import Setting
 
     block = _mission_block(args.mission) if args.mission else None
-    setting = design.Setting(
+    setting = Setting(
         agents=args.agents,
         topology=args.graph,
         attention=_attention(args, block),

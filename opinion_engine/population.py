@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from opinion_engine import population_kernels as kernels
+from opinion_engine.gather_kernels import side_by_side
 from opinion_engine.graphs import Graph
 from opinion_engine.model import (
     RATE_PER_STEP,
@@ -26,17 +27,15 @@ from opinion_engine.model import (
     OpinionError,
     finite_array,
 )
+from opinion_engine.recording import PopulationResult, Progress, ProgressBar
 
 Method = Literal["rk4", "held", "euler", "reference"]
 METHODS: tuple[Method, ...] = ("rk4", "held", "euler", "reference")
-"""rk4: the coupled system, classical Runge-Kutta. held: neighbours held during each step, as boats with
-engines do
-(every agent integrates itself accurately). euler: explicit Euler. reference: the authors' order of one Euler
+"""rk4: the coupled system, classical Runge-Kutta. held: neighbours held during each step, as boats with engines
+do (every agent integrates itself accurately). euler: explicit Euler. reference: the authors' order of one Euler
 step."""
 
 _PARALLEL_FROM = 16384  # agents; below this sharing the work out costs more than it saves
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -60,20 +59,6 @@ class Links:
             raise OpinionError(
                 f"delay {self.delay} and stale {self.stale} must be steps from 0 to 1000, in order"
             )
-
-
-class PopulationResult(NamedTuple):
-    """What `Population.run` recorded: t (R,), z (R, n, N_O) and u (R, n) of the agents observed, and for all
-    agents
-    the share whose strongest option is each (R, N_O), the mean attention (R,) and the mean degree heard
-    (R,)."""
-
-    t: Floats
-    z: Floats
-    u: Floats
-    shares: Floats
-    mean_attention: Floats
-    mean_heard: Floats
 
 
 class Population:
@@ -143,6 +128,8 @@ class Population:
             u_min = self._attention[:, 1]
             u0 = u_min[self._kinds] if len(rows) > 1 else u_min[0]
         self._u = finite_array("u0", u0, (n,))
+        if self._u.min() < 0.0:
+            raise OpinionError(f"u0 is {self._u.min():g} somewhere, expected attention of at least 0")
         self._u_next = np.empty(n)
         self._rng = np.random.default_rng(seed)
         self._silent: Bools | None = None
@@ -150,7 +137,6 @@ class Population:
         self._base_lag = np.empty(0, np.int16)
         self.time = 0.0
         self.steps = 0
-        self.graph = graph
         self.set_graph(graph)
 
     # --- state -----------------------------------------------------------------------------
@@ -158,7 +144,7 @@ class Population:
     @property
     def z(self) -> Floats:
         """The opinions now, (N, N_O); a view that the next step leaves behind."""
-        return np.asarray(self._ring[self._head][:, : self.n_options])
+        return np.asarray(self._ring[self._head][:-1, : self.n_options])
 
     @property
     def u(self) -> Floats:
@@ -183,6 +169,10 @@ class Population:
         if graph.n_agents != self.n_agents:
             raise OpinionError(f"the new graph has {graph.n_agents} agents, the population {self.n_agents}")
         self.graph = graph
+        if self._links is None and kernels.row_width(self.n_options) <= 8:
+            self._layout = side_by_side(graph.indptr, graph.indices)
+        else:
+            self._layout = (np.empty(0, np.int64), np.empty(0, np.uint32), np.empty(0, np.uint8))
         if self._links is not None:
             low, high = self._links.delay
             self._base_lag = self._rng.integers(low, high + 1, graph.n_links).astype(np.int16)
@@ -202,18 +192,18 @@ class Population:
             self._silent = mask.copy()
 
     def _states(self, count: int) -> Floats:
-        """Room for states (count, N, W), zero, aligned so that no agent's row straddles a cache line."""
-        width = kernels.row_width(self.n_options)
-        size = count * self.n_agents * width
+        """Room for states (count, N + 1, W), zero, aligned so that no agent's row straddles a cache line."""
+        rows, width = self.n_agents + 1, kernels.row_width(self.n_options)
+        size = count * rows * width
         room = np.zeros(size + 8)
         skip = (-room.ctypes.data % 64) // 8
-        return room[skip : skip + size].reshape(count, self.n_agents, width)
+        return room[skip : skip + size].reshape(count, rows, width)
 
     def _fill(self, state: Floats, z: Floats) -> None:
-        """Write z (N, N_O) and the mean squares into a state (N, W)."""
-        state[:, : self.n_options] = z
+        """Write z (N, N_O) and the mean squares into a state (N + 1, W)."""
+        state[:-1, : self.n_options] = z
         options = self._options if self._active.size else np.full(1, self.n_options)
-        state[:, -1] = (z * z).sum(axis=1) / np.maximum(1, options)
+        state[:-1, -1] = (z * z).sum(axis=1) / np.maximum(1, options)
 
     def _project(self, z: Floats) -> Floats:
         """Without the row means over the active options; inactive ones 0."""
@@ -295,9 +285,10 @@ class Population:
         run = kernels.sweep if self.n_agents >= _PARALLEL_FROM else kernels.sweep_serial
         graph = self.graph
         run(
-            method, dt, substeps, rates_only, graph.indptr, graph.indices, lag, history.reshape(-1),
-            head, u, self._inputs, self._active, self._options, self._kinds, self._own, self._neighbour,
-            self._resistance, self._attention, self._dynamic, self._uniform, z_next.reshape(-1), u_next,
+            method, dt, substeps, rates_only, graph.indptr, graph.indices, *self._layout, lag,
+            history.reshape(-1), head, u, self._inputs, self._active, self._options, self._kinds, self._own,
+            self._neighbour, self._resistance, self._attention, self._dynamic, self._uniform,
+            z_next.reshape(-1), u_next,
         )  # fmt: skip
 
     def _step_coupled(self, dt: float) -> None:
@@ -306,7 +297,7 @@ class Population:
         h = dt / steps
         z, u = self.z.copy(), self._u.copy()
         stage, rates = self._states(1), self._states(1)[0]
-        rate_z, rate_u = rates[:, : self.n_options], np.empty_like(u)
+        rate_z, rate_u = rates[:-1, : self.n_options], np.empty_like(u)
         stage_u = np.empty_like(u)
         for _ in range(steps):
             sum_z, sum_u = np.zeros_like(z), np.zeros_like(u)
@@ -342,8 +333,8 @@ class Population:
     ) -> PopulationResult:
         """Take `steps` steps, recording the start and every `record_every`-th one.
 
-        observe      indices of the agents whose z and u are kept (default: all, if they fit into 1 GB, else
-        none) before_step  called with the population before each step: change inputs or the graph there
+        observe      indices of the agents whose z and u are kept (default: all if they fit into 1 GB, else none)
+        before_step  called with the population before each step: change inputs or the graph there
         progress     True for a bar on the terminal, or a function of (steps done, steps)
         """
         if steps < 0 or record_every < 1:
@@ -356,16 +347,9 @@ class Population:
             chosen = np.asarray(observe, dtype=np.int64).reshape(-1)
             if chosen.size and (chosen.min() < 0 or chosen.max() >= self.n_agents):
                 raise OpinionError(f"observe names agents outside 0..{self.n_agents - 1}")
-        out = PopulationResult(
-            np.empty(records),
-            np.empty((records, chosen.size, self.n_options)),
-            np.empty((records, chosen.size)),
-            np.empty((records, self.n_options)),
-            np.empty(records),
-            np.empty(records),
-        )
+        out = PopulationResult.empty(records, chosen.size, self.n_options)
         self._record(out, 0, chosen)
-        with _progress(progress, steps) as tell:
+        with ProgressBar(progress, steps) as tell:
             for done in range(1, steps + 1):
                 if before_step is not None:
                     before_step(self)
@@ -383,32 +367,6 @@ class Population:
         out.mean_attention[row] = self._u.mean()
         heard = self._lag.size if self._links is None else int(np.count_nonzero(self._lag >= 0))
         out.mean_heard[row] = (self.graph.n_links if self._links is None else heard) / self.n_agents
-
-
-class _progress:
-    """A context that yields the function to call with the number of steps done."""
-
-    def __init__(self, wanted: bool | Progress, total: int) -> None:
-        self._wanted, self._total = wanted, total
-
-    def __enter__(self) -> Callable[[int], None]:
-        wanted, total = self._wanted, self._total
-        if callable(wanted):
-            return lambda done: wanted(done, total)
-        self._bar = None
-        if not wanted:
-            return lambda done: None
-        from rich.progress import Progress as Bar
-
-        bar = self._bar = Bar(transient=True)
-        bar.start()
-        task = bar.add_task("population", total=total)
-        return lambda done: bar.update(task, completed=done)
-
-    def __exit__(self, *exc: object) -> None:
-        bar = getattr(self, "_bar", None)
-        if bar is not None:
-            bar.stop()
 
 
 def _kind_array(kinds: ArrayLike | None, n: int, k: int) -> NDArray[np.uint8]:

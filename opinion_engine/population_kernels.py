@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from opinion_engine.intrinsics import sum_rows4, sum_rows8
+from opinion_engine.gather_kernels import gather, gather_late, gather_sides
 from opinion_engine.tile_kernels import (
     TILE,
     attention_rate,
@@ -44,55 +44,17 @@ def row_width(n_options: int) -> int:
 
 
 @njit(cache=True, error_model="numpy")
-def _gather(
-    low: int, count: int, width: int, indptr: np.ndarray, indices: np.ndarray, state: np.ndarray,
-    sums: np.ndarray,
-) -> None:  # fmt: skip
-    """Sums of the neighbours' rows in state, last lane included, into sums, row by row."""
-    for i in range(count):
-        first, last = np.int64(indptr[low + i]), np.int64(indptr[low + i + 1])
-        if width == 4:
-            sum_rows4(state, indices, first, last, sums, i)
-        elif width == 8:
-            sum_rows8(state, indices, first, last, sums, i)
-        else:
-            for lane in range(width):
-                sums[i * width + lane] = 0.0
-            for e in range(first, last):
-                k = np.int64(indices[e])
-                for lane in range(width):
-                    sums[i * width + lane] += state[k * width + lane]
-
-
-@njit(cache=True, error_model="numpy")
-def _gather_late(
-    low: int, count: int, width: int, n: int, indptr: np.ndarray, indices: np.ndarray, lag: np.ndarray,
-    history: np.ndarray, head: int, sums: np.ndarray,
-) -> None:  # fmt: skip
-    """`_gather` of messages that are lag (E,) steps old; a negative lag means nothing is heard."""
-    depth = history.size // (n * width)
-    for i in range(count):
-        for lane in range(width):
-            sums[i * width + lane] = 0.0
-        for e in range(np.int64(indptr[low + i]), np.int64(indptr[low + i + 1])):
-            age = np.int64(lag[e])
-            if age >= 0:
-                row = ((head - age) % depth * n + np.int64(indices[e])) * width
-                for lane in range(width):
-                    sums[i * width + lane] += history[row + lane]
-
-
-@njit(cache=True, error_model="numpy")
 def _tile(
     tile: int, width: int, work: np.ndarray, method: int, dt: float, substeps: int, rates_only: bool,
-    indptr: np.ndarray, indices: np.ndarray, lag: np.ndarray, history: np.ndarray, head: int,
-    u_now: np.ndarray, inputs: np.ndarray, active: np.ndarray, options: np.ndarray, kinds: np.ndarray,
-    own: np.ndarray, neighbour: np.ndarray, resistance: np.ndarray, attention: np.ndarray, dynamic: bool,
+    indptr: np.ndarray, indices: np.ndarray, starts: np.ndarray, slots: np.ndarray, places: np.ndarray,
+    lag: np.ndarray, history: np.ndarray, head: int, u_now: np.ndarray, inputs: np.ndarray,
+    active: np.ndarray, options: np.ndarray, kinds: np.ndarray, own: np.ndarray, neighbour: np.ndarray,
+    resistance: np.ndarray, attention: np.ndarray, dynamic: bool,
     uniform: bool, z_next: np.ndarray, u_next: np.ndarray,
 ) -> None:  # fmt: skip
     """One tile of `sweep`; width doubles per row, work (7 width + 8) * TILE doubles of scratch."""
     n, n_o = u_now.size, own.shape[1]
-    state = history[head * n * width : (head + 1) * n * width]
+    state = history[head * (n + 1) * width : (head + 1) * (n + 1) * width]  # last row zero
     low = tile * TILE
     count = min(TILE, n - low)
     size = width * TILE
@@ -117,9 +79,11 @@ def _tile(
     b = inputs[tile if inputs.shape[0] > 1 else 0]
 
     if lag.size > 0:
-        _gather_late(low, count, width, n, indptr, indices, lag, history, head, sums)
+        gather_late(low, count, width, n, indptr, indices, lag, history, head, sums)
+    elif starts.size > 0:
+        gather_sides(low, count, width, starts, slots, places, state, sums)
     else:
-        _gather(low, count, width, indptr, indices, state, sums)
+        gather(low, count, width, indptr, indices, state, sums)
     mine, written = state[low * width : (low + count) * width], z_next[low * width : (low + count) * width]
     plain = uniform and n_o == 3 and dynamic and active.size == 0
     if plain and method == EULER and attention[0, 4] == 2.0 and not rates_only:
@@ -234,8 +198,9 @@ def _tile(
 @njit(cache=True, error_model="numpy")
 def sweep_serial(
     method: int, dt: float, substeps: int, rates_only: bool, indptr: np.ndarray, indices: np.ndarray,
-    lag: np.ndarray, history: np.ndarray, head: int, u_now: np.ndarray, inputs: np.ndarray,
-    active: np.ndarray, options: np.ndarray, kinds: np.ndarray, own: np.ndarray, neighbour: np.ndarray,
+    starts: np.ndarray, slots: np.ndarray, places: np.ndarray, lag: np.ndarray, history: np.ndarray, head: int,
+    u_now: np.ndarray, inputs: np.ndarray, active: np.ndarray, options: np.ndarray, kinds: np.ndarray,
+    own: np.ndarray, neighbour: np.ndarray,
     resistance: np.ndarray, attention: np.ndarray, dynamic: bool, uniform: bool, z_next: np.ndarray,
     u_next: np.ndarray,
 ) -> None:  # fmt: skip
@@ -246,26 +211,30 @@ def sweep_serial(
         work = np.empty((7 * width + 8) * TILE)
         for tile in range(group * GROUP, min(tiles, (group + 1) * GROUP)):
             _tile(
-                tile, width, work, method, dt, substeps, rates_only, indptr, indices, lag, history, head, u_now, inputs,
-                active, options, kinds, own, neighbour, resistance, attention, dynamic, uniform, z_next, u_next,
+                tile, width, work, method, dt, substeps, rates_only, indptr, indices, starts, slots, places,
+                lag, history, head, u_now, inputs, active, options, kinds, own, neighbour, resistance, attention,
+                dynamic, uniform, z_next, u_next,
             )  # fmt: skip
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
 def sweep(
     method: int, dt: float, substeps: int, rates_only: bool, indptr: np.ndarray, indices: np.ndarray,
-    lag: np.ndarray, history: np.ndarray, head: int, u_now: np.ndarray, inputs: np.ndarray,
-    active: np.ndarray, options: np.ndarray, kinds: np.ndarray, own: np.ndarray, neighbour: np.ndarray,
+    starts: np.ndarray, slots: np.ndarray, places: np.ndarray, lag: np.ndarray, history: np.ndarray, head: int,
+    u_now: np.ndarray, inputs: np.ndarray, active: np.ndarray, options: np.ndarray, kinds: np.ndarray,
+    own: np.ndarray, neighbour: np.ndarray,
     resistance: np.ndarray, attention: np.ndarray, dynamic: bool, uniform: bool, z_next: np.ndarray,
     u_next: np.ndarray,
 ) -> None:  # fmt: skip
-    """All agents once: the new state, or with `rates_only` the derivative, into z_next, flat (N, W), and u_next (N,).
+    """All agents once: the new state, or with `rates_only` the derivative, into z_next,
+    flat (N + 1, W), and u_next (N,).
 
     method      EULER, REFERENCE or HELD (with `substeps` Runge-Kutta steps)
     indptr, indices   whom each agent hears, row by row, uint32
+    starts, slots, places   the same links as `gather_kernels.side_by_side` lays them out, or empty
     lag         (E,) int16 steps into the past, -1 = nothing heard; empty: everything is heard at once
-    history     flat ring of H states (N, W), `head` the present one. A row holds the N_O opinions, zeros, and in
-                its last place their mean square, which neighbours need for attention (W: `row_width`)
+    history     flat ring of H states (N + 1, W), `head` the present one; row N is zero. A row holds the N_O opinions,
+                zeros, and in its last place their mean square, which neighbours need for attention (W: `row_width`)
     inputs      (tiles, N_O * TILE) planes, or (1, N_O * TILE) for all tiles; see `input_planes`
     active, options  (N, N_O) bool and (N,) count of them; both empty: all active
     kinds       (N,) uint8 index into own, neighbour (K, N_O, N_O), resistance (K, N_O), attention (K, 5: tau_u,
@@ -278,8 +247,9 @@ def sweep(
         work = np.empty((7 * width + 8) * TILE)
         for tile in range(group * GROUP, min(tiles, (group + 1) * GROUP)):
             _tile(
-                tile, width, work, method, dt, substeps, rates_only, indptr, indices, lag, history, head, u_now, inputs,
-                active, options, kinds, own, neighbour, resistance, attention, dynamic, uniform, z_next, u_next,
+                tile, width, work, method, dt, substeps, rates_only, indptr, indices, starts, slots, places,
+                lag, history, head, u_now, inputs, active, options, kinds, own, neighbour, resistance, attention,
+                dynamic, uniform, z_next, u_next,
             )  # fmt: skip
 
 

@@ -9,10 +9,14 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from opinion_engine.kernels import hill, tanh
+from opinion_engine.kernels import hill, tanh, tanh_difference
 
 TILE = 256
-"""Agents per tile: its arrays fit the caches nearest to the core."""
+"""Agents per tile: its arrays fit the caches nearest to the core, and a byte counts its agents."""
+
+_FULL = (
+    1e9  # a drive so far above its threshold saturates attention to the last bit, and its square stays finite
+)
 
 
 @njit(cache=True, error_model="numpy")
@@ -67,9 +71,12 @@ def opinion_rate(
                     f[row + i] = u[i] * cooperation - d * z[row + i] + b[row + i]
             else:
                 for i in range(count):
-                    cooperation = tanh(alpha * z[row + i] + gamma * heard[row + i])
-                    competition = tanh(beta * z[row + i] + delta * heard[row + i])
-                    f[row + i] = u[i] * (cooperation - competition) - d * z[row + i] + b[row + i]
+                    cooperation, competition = (
+                        alpha * z[row + i] + gamma * heard[row + i],
+                        beta * z[row + i] + delta * heard[row + i],
+                    )
+                    difference = tanh_difference(cooperation, competition)
+                    f[row + i] = u[i] * difference - d * z[row + i] + b[row + i]
         else:
             for i in range(count):
                 f[row + i] = 0.0
@@ -117,14 +124,18 @@ def euler3(
     """
     alpha, gamma, beta, delta = own[0, 0], neighbour[0, 0], own[0, 2], neighbour[0, 2]
     tau_u, u_min, u_max, y_th, _ = attention
-    third = 1.0 / 3.0
+    third, quick = 1.0 / 3.0, 1.0 / tau_u
     for i in range(count):
         z0, z1, z2 = mine[4 * i], mine[4 * i + 1], mine[4 * i + 2]
         h0, h1, h2 = sums[4 * i], sums[4 * i + 1], sums[4 * i + 2]
         level = u_now[i]
-        f0 = level * (tanh(alpha * z0 + gamma * h0) - tanh(beta * z0 + delta * h0)) - d * z0 + b[i]
-        f1 = level * (tanh(alpha * z1 + gamma * h1) - tanh(beta * z1 + delta * h1)) - d * z1 + b[TILE + i]
-        f2 = level * (tanh(alpha * z2 + gamma * h2) - tanh(beta * z2 + delta * h2)) - d * z2 + b[2 * TILE + i]
+        f0 = level * tanh_difference(alpha * z0 + gamma * h0, beta * z0 + delta * h0) - d * z0 + b[i]
+        f1 = level * tanh_difference(alpha * z1 + gamma * h1, beta * z1 + delta * h1) - d * z1 + b[TILE + i]
+        f2 = (
+            level * tanh_difference(alpha * z2 + gamma * h2, beta * z2 + delta * h2)
+            - d * z2
+            + b[2 * TILE + i]
+        )
         mean = (f0 + f1 + f2) * third
         z0 += dt * (f0 - mean)
         z1 += dt * (f1 - mean)
@@ -134,10 +145,9 @@ def euler3(
         z1 -= mean
         z2 -= mean
         ratio = (mine[4 * i + 3] + sums[4 * i + 3]) / y_th
-        high = ratio > 1.0
-        p = 1.0 / ratio if high else ratio
-        p = p * p
-        level += dt * ((u_min + (u_max - u_min) * ((1.0 if high else p) / (1.0 + p)) - level) / tau_u)
+        ratio = _FULL if ratio > _FULL else ratio
+        p = ratio * ratio
+        level += dt * ((u_min + (u_max - u_min) * (p / (1.0 + p)) - level) * quick)
         level = u_min if level < u_min else level
         u[i] = u_max if level > u_max else level
         written[4 * i] = z0
@@ -197,12 +207,12 @@ def attention_rate(
         return
     tau_u, u_min, u_max, y_th, n = attention[0]
     if n == 2.0:  # the usual order, kept apart because it vectorises
+        quick = 1.0 / tau_u
         for i in range(count):
             ratio = y[i] / y_th
-            high = ratio > 1.0
-            p = 1.0 / ratio if high else ratio
-            p = p * p
-            rate[i] = (u_min + (u_max - u_min) * ((1.0 if high else p) / (1.0 + p)) - u[i]) / tau_u
+            ratio = _FULL if ratio > _FULL else ratio
+            p = ratio * ratio
+            rate[i] = (u_min + (u_max - u_min) * (p / (1.0 + p)) - u[i]) * quick
     else:
         for i in range(count):
             rate[i] = (hill(y[i], u_min, u_max, y_th, n) - u[i]) / tau_u

@@ -82,13 +82,14 @@ class SwapStations(App):
         names = self.config.vehicles
         self.vessels = {name: Vessel(i) for i, name in enumerate(names)}
         self.deployed_at: float | None = None
+        self.interval: float = self.config.interval
         self.next_swap = float("inf")
         self.swaps = 0
         self.encounters: list[tuple[float, str, str, str]] = []
         self.totals = {"near_miss": 0, "collision": 0}
 
     def on_connect(self) -> None:
-        for name in ("DEPLOY_ALL", "NODE_REPORT", "UCD_REPORT"):
+        for name in ("DEPLOY_ALL", "NODE_REPORT", "UCD_REPORT", "SWAP_INTERVAL"):
             self.register(name)
 
     def station(self, index: int) -> tuple[float, float]:
@@ -107,8 +108,10 @@ class SwapStations(App):
                 self._enter(message.text)
             elif message.name == "DEPLOY_ALL" and message.text == "true" and self.deployed_at is None:
                 self.deployed_at = self.now
-                self.next_swap = self.now + self.config.interval
+                self.next_swap = self.now + self.interval
                 self._assign()
+            elif message.name == "SWAP_INTERVAL":
+                self._change_interval(message)
 
     def iterate(self) -> None:
         if self.deployed_at is None:
@@ -119,8 +122,17 @@ class SwapStations(App):
             elif vessel.place is not None and self.now - vessel.asked_at >= ASK_AGAIN:
                 self._deploy(name, vessel)
         if self.now >= self.next_swap:
-            self.next_swap += self.config.interval
+            self.next_swap += self.interval
             self._swap()
+
+    def _change_interval(self, message: Message) -> None:
+        value = message.number
+        if value is None or not value >= 1.0:
+            self.run_warning(f"SWAP_INTERVAL: expected seconds, 1 at least, not '{message.text}'")
+            return
+        self.interval = value
+        if self.deployed_at is not None:
+            self.next_swap = self.now + value
 
     # --- stations ----------------------------------------------------------------------------
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from math import sqrt
 
 from pymoos_lite.config.start_poses import Area, NoRoom, Pose, draw_poses
 from pymoos_lite.config.strict_yaml import Listing, Reader, Table
@@ -26,8 +27,11 @@ def read_starts(table: Reader, readers: list[Reader], dice: random.Random) -> li
     separation = area.number("separation", 10.0, low=0.0)
     headings = _range(area, "heading", (0.0, 359.0))
     speed = area.number("speed", 0.0)
+    room_for = area.integer("room_for", 0, low=1)
     ground = _area(area)
     area.done()
+    if ground is not None and 0 < room_for < len(readers):
+        ground = ground.grown(sqrt(len(readers) / room_for))  # as much room for each as `room_for` have
     if missing and ground is None:
         text = "start: where do the vehicles start? Give an area to draw from, or a start for each"
         table.problem(table.line_of("start"), text)

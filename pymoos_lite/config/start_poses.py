@@ -43,6 +43,12 @@ class Area:
     def box(cls, low_x: float, high_x: float, low_y: float, high_y: float) -> Area:
         return cls(((low_x, low_y), (high_x, low_y), (high_x, high_y), (low_x, high_y)))
 
+    def grown(self, factor: float) -> Area:
+        """The same shape `factor` times as long and as wide, about the middle of its bounding box."""
+        xs, ys = [c[0] for c in self.corners], [c[1] for c in self.corners]
+        x, y = (min(xs) + max(xs)) / 2.0, (min(ys) + max(ys)) / 2.0
+        return Area(tuple((x + factor * (cx - x), y + factor * (cy - y)) for cx, cy in self.corners))
+
     def contains(self, x: float, y: float) -> bool:
         """Whether a point lies inside, by counting the edges to its east."""
         inside = False

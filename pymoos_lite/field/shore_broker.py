@@ -76,6 +76,7 @@ class _Node:
     status: str = "ok"
     bridged: bool = False
     ack_due: float = 0.0
+    acks: int = 0
     skew: float = 0.0
     former: dict[str, float] = field(default_factory=dict)
 
@@ -130,7 +131,6 @@ class ShoreBroker(App):
         self.nodes: dict[str, _Node] = {}
         self._own: HostRecord | None = None
         self._routes = WantedRoutes()
-        self._acks = 0
         self._posted_count = -1
         self._next_count = self._next_vnode = float("-inf")
         self._dropped: dict[str, int] = {}
@@ -308,7 +308,7 @@ class ShoreBroker(App):
             return
         repeat = node.ack_due > node.last_ping
         node.ack_due = float("inf") if repeat else node.last_ping + REPEAT_ACK_AFTER
-        self._acks += 1
+        node.acks += 1  # for each vehicle by itself: its logs do not depend on how many others there are
         ack = replace(
             self._own,
             community=self.community,
@@ -317,7 +317,7 @@ class ShoreBroker(App):
             status=node.status,
             time=None,
             key=node.record.key,
-            id=str(self._acks),
+            id=str(node.acks),
         )
         self.notify(f"NODE_BROKER_ACK_{name.upper()}", ack.to_text())
         self.notify("NODE_BROKER_VACK", name)

@@ -6,6 +6,7 @@ stdin tells it to end. What it prints is passed on; a line that begins with READ
 
 from __future__ import annotations
 
+import contextlib
 import json
 import queue
 import subprocess
@@ -20,11 +21,20 @@ READY = "listening on port "
 """What a process that has a database says when clients may come."""
 
 GOODBYE = 3.0
-"""Wall seconds that processes are given to end in an orderly way before they are ended."""
+"""Wall seconds without a sign of progress after which a process that was asked to end is ended."""
+
+LONGEST_GOODBYE = 60.0
+"""Wall seconds after which it is ended in any case."""
+
+ENDING = "still ending"
+"""What a process says again and again while it is ending and its work goes on: no news for a person."""
 
 
 class NotReadyError(Exception):
     """A process ended, or said nothing in time, instead of becoming ready; the text is what it said."""
+
+
+_LOOK_AGAIN = 0.02
 
 
 @dataclass
@@ -51,7 +61,7 @@ class Exit:
 class Children:
     """The processes of one host; see the module. `tell` hears what they print.
 
-    `goodbye` is how long (wall seconds) they may take to end when asked to.
+    `goodbye` is how long (wall seconds) they may show no progress once they were asked to end.
     """
 
     def __init__(self, clock: Clock, tell: Callable[[str], None], goodbye: float = GOODBYE) -> None:
@@ -61,6 +71,7 @@ class Children:
         self._children: dict[str, _Child] = {}
         self._words: queue.SimpleQueue[tuple[str, str]] = queue.SimpleQueue()
         self._ports: dict[str, int] = {}
+        self._signs: dict[str, float] = {}
 
     def __contains__(self, name: str) -> bool:
         return name in self._children
@@ -135,25 +146,34 @@ class Children:
                 found.append(Exit(name, child.process.pid, status))
         return found
 
-    def end(self, names: Iterable[str]) -> None:
-        """Ask processes to end, together, and see to it that they do."""
-        children = [self._children[name] for name in names if name in self._children]
-        for child in children:
+    def end(self, names: Iterable[str], meanwhile: Callable[[], None] = lambda: None) -> None:
+        """Ask processes to end, together, and see to it that they do; `meanwhile` is called all the time.
+
+        One that says `ENDING` gets more time: on a busy machine ending takes what it takes. One that shows
+        no sign is ended after `goodbye`, every one after `LONGEST_GOODBYE`.
+        """
+        waiting = [self._children[name] for name in names if name in self._children]
+        began = self._clock.wall()
+        for child in waiting:
+            self._signs[child.name] = began
             if child.process.stdin is not None:
-                try:
+                with contextlib.suppress(OSError):  # it is gone already
                     child.process.stdin.close()
-                except OSError:
-                    continue  # it is gone already
-        end = self._clock.wall() + self._goodbye
-        for child in children:
-            try:
-                child.process.wait(max(0.05, end - self._clock.wall()))
-            except subprocess.TimeoutExpired:
-                child.process.kill()
-                child.process.wait()
-                self._tell(f"{child.name} did not end by itself within {self._goodbye:g} s")
-            child.listener.join(1.0)
-            self._children.pop(child.name, None)
+        while waiting:
+            self.rest(_LOOK_AGAIN)
+            meanwhile()
+            wall = self._clock.wall()
+            for child in tuple(waiting):
+                if child.process.poll() is None:
+                    patience = min(self._signs[child.name] + self._goodbye, began + LONGEST_GOODBYE)
+                    if wall < patience:
+                        continue
+                    child.process.kill()
+                    child.process.wait()
+                    self._tell(f"{child.name} did not end by itself within {wall - began:.0f} s")
+                waiting.remove(child)
+                child.listener.join(1.0)
+                self._children.pop(child.name, None)
         self._pass_words_on()
 
     def kill(self, name: str) -> None:
@@ -167,6 +187,7 @@ class Children:
             if line.strip():
                 self._words.put((name, line.rstrip()))
         process.stdout.close()
+        self._words.put((name, ""))  # wakes up whoever waits for its end
 
     def _take_words(self, wait: float, said: list[str]) -> None:
         try:
@@ -181,7 +202,9 @@ class Children:
         port = line.removeprefix(READY)
         if line.startswith(READY) and port.isdigit():
             self._ports[name] = int(port)
-        else:
+        elif line == ENDING:
+            self._signs[name] = self._clock.wall()
+        elif line:
             said.append(line if line.startswith(name) else f"{name}: {line}")
 
     def _pass_words_on(self) -> None:

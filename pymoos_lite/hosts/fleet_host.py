@@ -16,6 +16,7 @@ from pymoos_lite.core.message import Message
 from pymoos_lite.hosts.children import GOODBYE, Children, Exit, NotReadyError
 from pymoos_lite.hosts.failures import Failure
 from pymoos_lite.hosts.fleet import FleetPlan, Member, customary_ports
+from pymoos_lite.hosts.plan import warm_up
 from pymoos_lite.hosts.ports import PortError, RemoteClient, UdpEndpoint
 from pymoos_lite.hosts.realtime import RESTART_DELAY, HostOptions
 from pymoos_lite.hosts.remote import RemoteConnection
@@ -25,6 +26,9 @@ START_TIMEOUT = 60.0
 
 GOODBYE_PER_MEMBER = 1.0
 """Wall seconds more for each community that has to end: they all do so at once, on few cores."""
+
+START_PER_MEMBER = 5.0
+"""Wall seconds more for each community that has to start."""
 
 STEP_BETWEEN_TRIES = 10
 TRIES = 50
@@ -93,11 +97,15 @@ class FleetHost:
             PortError: a community could not be started; none is left running.
         """
         wanted = list(self._members) if names is None else names
+        # Compiled once here, the numerics are only loaded there: not by all at the same time.
+        for name in wanted:
+            warm_up(self._members[name].plan)
+        timeout = START_TIMEOUT + START_PER_MEMBER * len(wanted)
         try:
             for name in wanted:
                 self._spawn(self._members[name])
             for name in wanted:
-                self._children.await_ready(name, START_TIMEOUT)
+                self._children.await_ready(name, timeout)
         except NotReadyError as error:
             self.close()
             raise PortError(str(error)) from None
@@ -156,17 +164,27 @@ class FleetHost:
         self._members[member.name] = member
 
     def close(self) -> None:
-        """End every community in an orderly way: vehicles first."""
+        """End every community in an orderly way: vehicles first.
+
+        What is posted meanwhile at the shoreside, to its very end, still reaches the connection.
+        """
         self._restarts.clear()
-        if self._client is not None:
-            with contextlib.suppress(OSError):
-                self._client.close(0.2)
         shore = self.plan.shoreside
         names = self._children.names()
-        self._children.end([name for name in names if shore is None or name != shore.name])
-        self._children.end([name for name in names if shore is not None and name == shore.name])
+        self._children.end([name for name in names if shore is None or name != shore.name], self._collect)
+        self._children.end(
+            [name for name in names if shore is not None and name == shore.name], self._collect
+        )
+        self._collect()
+        if self._client is not None:
+            with contextlib.suppress(OSError):
+                self._client.close(0.0)
 
     # --- inside ------------------------------------------------------------------------------
+
+    def _collect(self) -> None:
+        if self._connection is not None:
+            self._connection.collect(0.0)
 
     def _client_name(self) -> str:
         assert self._client is not None

@@ -6,6 +6,7 @@ wants the community to end.
 
 from __future__ import annotations
 
+import gc
 import json
 import signal
 import sys
@@ -39,6 +40,7 @@ def main() -> int:
             share_bind=order["share_bind"],
         )
         host = RealtimeHost(plan, options, RealClock(order["warp"]), _tell)
+        host.prepare()
     except (MissionError, PortError) as error:
         _tell(str(error))
         return FAILED_STATUS
@@ -47,6 +49,9 @@ def main() -> int:
     stop_with_stdin(ended.set)
     try:
         host.start_apps()
+        # What was imported stays: at a high warp a look through all of it would cost many ticks.
+        gc.collect()
+        gc.freeze()
         host.run(ended.is_set)
     except Exception as error:
         _tell(str(describe_failure(plan.community, "the host", error, "its loop")))

@@ -102,15 +102,23 @@ class ProcessHost:
             self.tell(f"{entry[1]} was started again")
 
     def close(self) -> None:
-        """End every process: apps first, in an orderly way, then the database."""
+        """End every process: apps first, in an orderly way, then the database.
+
+        What the apps post while they quit still reaches the connections made here.
+        """
         self._restarts.clear()
-        self._children.end([name for name in self._children.names() if name != DATABASE])
+        self._children.end([name for name in self._children.names() if name != DATABASE], self._collect)
+        self._collect()
         for client, _ in self._connections:
             client.close(0.2)
         self._connections.clear()
         self._children.end([DATABASE])
 
     # --- inside ------------------------------------------------------------------------------
+
+    def _collect(self) -> None:
+        for _, connection in self._connections:
+            connection.collect(0.0)
 
     def _spawn(self, name: str, patience: float = 0.0) -> None:
         host, port = self.address

@@ -6,11 +6,14 @@ run comes in on stdin, and the end of stdin means that the launcher is gone or w
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
 import select
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
@@ -26,7 +29,7 @@ from pymoos_lite.core.client_session import (
 )
 from pymoos_lite.core.clock import RealClock
 from pymoos_lite.core.message import Message
-from pymoos_lite.hosts.children import READY
+from pymoos_lite.hosts.children import ENDING, READY
 from pymoos_lite.hosts.failures import describe_failure
 from pymoos_lite.hosts.meter import ProcessMeter
 from pymoos_lite.hosts.mission import load_plan
@@ -41,6 +44,11 @@ DATABASE = "MOOSDB"
 REFUSED_STATUS = 3
 FAILED_STATUS = 1
 LONGEST_WAIT = 0.2
+SIGN_PERIOD = 0.5
+"""Wall seconds between two looks at whether a process that is ending does anything."""
+
+SIGN_OF_WORK = 0.005
+"""Processor seconds between two signs of life: this watch alone uses far less."""
 
 
 class RefusedError(Exception):
@@ -259,15 +267,31 @@ def _serve_database(host: RealtimeHost) -> int:
 
 
 def stop_with_stdin(stop: Callable[[], None]) -> None:
-    """Call `stop`, in a thread of its own, when stdin ends: the launcher wants us to end, or is gone."""
+    """Call `stop`, in a thread of its own, when stdin ends: the launcher wants us to end, or is gone.
+
+    From then on the launcher is told, as long as this process uses the processor, that it is still ending.
+    """
 
     def wait() -> None:
         while sys.stdin.readline():
             pass
         stop()
+        used = -1.0
+        while True:
+            now = time.process_time()
+            if now - used >= SIGN_OF_WORK:
+                used = now
+                _say_past_buffers(ENDING)
+            time.sleep(SIGN_PERIOD)
 
     # A thread, because no other way of waiting for a pipe works on every platform.
     threading.Thread(target=wait, name="launcher-watch", daemon=True).start()
+
+
+def _say_past_buffers(text: str) -> None:
+    """Print a line without the lock of stdout, which a thread must not hold while the program exits."""
+    with contextlib.suppress(OSError):  # nobody listens any more
+        os.write(1, f"{text}\n".encode())
 
 
 if __name__ == "__main__":

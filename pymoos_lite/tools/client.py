@@ -7,9 +7,11 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pymoos_lite.core.clock import MAX_WARP
 from pymoos_lite.hosts.mission import MissionError, find_mission, read_mission, shipped_missions
 
 if TYPE_CHECKING:
+    from pymoos_lite.core.clock import Clock
     from pymoos_lite.hosts.ports import RemoteClient
 
 CONNECT_TIMEOUT = 5.0
@@ -17,6 +19,26 @@ CONNECT_TIMEOUT = 5.0
 
 class UnreachableError(Exception):
     """No community answers, or it refuses this client; the text says which and where."""
+
+
+class CommunityClock:
+    """Mission time as the community told it at the start, running on at its warp.
+
+    What is posted with a stamp of another warp is years off, and taken for stale by those who read it.
+    Mission time is unix seconds times the warp, so the warp need not be told.
+    """
+
+    def __init__(self, mission_time: float, system: Clock) -> None:
+        self._system = system
+        self._mission_time, self._from = mission_time, system.wall()
+        warp = mission_time * system.warp / system.now()
+        self.warp = warp if 0.0 < warp <= MAX_WARP else system.warp
+
+    def now(self) -> float:
+        return self._mission_time + (self._system.wall() - self._from) * self.warp
+
+    def wall(self) -> float:
+        return self._system.wall()
 
 
 def add_client_arguments(parser: argparse.ArgumentParser) -> None:
@@ -69,6 +91,7 @@ def connect(args: argparse.Namespace, program: str) -> RemoteClient:
             raise UnreachableError(
                 f"no community answers at {host} port {port} within {args.timeout:g} s{hint}"
             )
+    client.clock = CommunityClock(client.session.server_time_offset + client.clock.wall(), client.clock)
     return client
 
 

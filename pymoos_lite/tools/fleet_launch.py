@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import threading
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +17,7 @@ from pymoos_lite.hosts.ports import PortError
 from pymoos_lite.hosts.realtime import HostOptions
 from pymoos_lite.records.appcast import AppCastRequest
 from pymoos_lite.tools.fleet_view import WATCHED, FleetDisplay, FleetView, make_display
-from pymoos_lite.tools.launch import StopSignals
+from pymoos_lite.tools.launch import FIRST_START, StopSignals
 from pymoos_lite.tools.mission import (
     EndCondition,
     MissionError,
@@ -29,6 +30,8 @@ from pymoos_lite.tools.mission import (
 
 REFRESH = 0.25
 REQUEST_PERIOD = 4.0
+PATIENCE = 15.0
+"""Wall seconds; many processes starting together on few cores take some even when nothing is compiled."""
 
 
 def run(args: argparse.Namespace) -> int:
@@ -67,13 +70,22 @@ def run(args: argparse.Namespace) -> int:
     settings = parse_settings(args.set)
     host = FleetHost(plan, path.resolve().parent, options, settings, RealClock(fleet.warp), said.append)
     stop = StopSignals()
+    patience = threading.Timer(PATIENCE, _say_first_start, [args.quiet])
+    patience.start()
     try:
         host.start()
     except PortError as error:
         stop.restore()
         print(error, file=sys.stderr)
         return 1
+    finally:
+        patience.cancel()
     return _sail(host, plan, args, said, finished, stop)
+
+
+def _say_first_start(quiet: bool) -> None:
+    if not quiet:
+        print(FIRST_START, flush=True)
 
 
 def _sail(

@@ -165,14 +165,14 @@ def _fly(
                     view.tell("no app is running any more")
                     status = 1
                     break
-        view.take(watch.take_mail(), host.clock.now())
-        screen.show(view, plan.warp)
     except KeyboardInterrupt:
         pass
     finally:
-        stop.restore()
-        watch.close()
+        # What the mission has to say at its end is posted while its apps quit.
         host.close()
+        stop.restore()
+        view.take(watch.take_mail(), host.clock.now())
+        screen.show(view, plan.warp)
         screen.close(view)
     return 1 if host.failures else status
 

@@ -159,5 +159,23 @@ def test_drawn_poses_keep_their_distance_and_their_area(count, seed, separation)
         assert 0.0 <= pose.heading < 360.0
 
 
+def test_the_start_area_grows_with_fleets_larger_than_it_has_room_for():
+    start = "start: {area: [[0, 0], [90, 0], [0, 90]], separation: 9, room_for: 4}"
+    text = f"vehicles: {{count: 2, moos: m.moos, {start}}}\n"
+    small, full, large = (parse_fleet(text, "f.yaml", vehicles=count) for count in (2, 4, 64))
+    for fleet in (small, full, large):
+        assert fleet.problems == ()
+        starts = [(v.start.x, v.start.y) for v in fleet.vehicles]
+        assert all(hypot(a[0] - b[0], a[1] - b[1]) >= 9.0 for a, b in combinations(starts, 2))
+    assert full.vehicles[:2] == small.vehicles
+    # Sixteen times as many have four times the length, about the same middle.
+    grown = Area(((0.0, 0.0), (90.0, 0.0), (0.0, 90.0))).grown(4.0)
+    assert grown.corners == ((-135.0, -135.0), (225.0, -135.0), (-135.0, 225.0))
+    assert all(grown.contains(v.start.x, v.start.y) for v in large.vehicles)
+    assert max(v.start.x for v in large.vehicles) > 90.0
+    crowded = parse_fleet(text.replace(", room_for: 4", ""), "f.yaml", vehicles=64)
+    assert any("no room for 64 vessels" in p.text for p in crowded.problems)
+
+
 def test_a_pose_reads_as_the_simulator_wants_it():
     assert Pose(10.5, -20.0, 180.0, 0.5).to_text() == "x=10.5,y=-20,heading=180,speed=0.5"

@@ -68,12 +68,31 @@ def test_check_tells_all_problems_of_a_fleet(tmp_path):
     assert "Traceback" not in result.stderr
 
 
+LAST_WORDS = """
+from pymoos_lite.app import App
+
+
+class LastWords(App):
+    MOOS_NAME = "pLastWords"
+
+    def iterate(self):
+        self.notify("MISSION_REPORT", "so far so good")
+
+    def on_quit(self):
+        self.notify("MISSION_REPORT", "the figures of the end")
+        self.notify("MISSION_RESULT", "pass")
+"""
+
+
 @pytest.mark.slow
 def test_a_launched_fleet_obeys_commands_to_some_and_to_all_and_ends_in_an_orderly_way(tmp_path):
     base = free_port()
     text = (DATA / "fleet.yaml").read_text() + f"ports: {{database: {base}}}\n"
     folder = shutil.copytree(DATA, tmp_path / "mission")
     (folder / "fleet.yaml").write_text(text)
+    (folder / "last_words.py").write_text(LAST_WORDS)
+    shore = folder / "meta_shoreside.moos"
+    shore.write_text(shore.read_text().replace("Run = pLogger", "Run = pLogger\n  Run = pLastWords"))
     words = ["launch", folder, "--vehicles", "2", "--warp", "10", "--plain", "--log-dir", tmp_path / "logs"]
     process = subprocess.Popen(
         [*PYMOOS, *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=tmp_path
@@ -82,6 +101,7 @@ def test_a_launched_fleet_obeys_commands_to_some_and_to_all_and_ends_in_an_order
     abe, ben = (RemoteClient("watcher", LOOPBACK, base + i, clock=clock) for i in (1, 2))
     try:
         heard = {"abe": {}, "ben": {}}
+        stamps = {}
         for client in (abe, ben):
             for name in ("STATION_KEEP", "RETURN", "NODE_REPORT"):
                 client.register(name)
@@ -91,7 +111,9 @@ def test_a_launched_fleet_obeys_commands_to_some_and_to_all_and_ends_in_an_order
             while not happened():
                 assert time.monotonic() < end, heard
                 for name, client in (("abe", abe), ("ben", ben)):
-                    heard[name].update((m.name, m.value) for m in client.poll(0.05))
+                    for m in client.poll(0.05):
+                        heard[name][m.name] = m.value
+                        stamps[m.name] = m.time
 
         # Once its own report has come back from the other, a vehicle is bridged both ways.
         wait_for(lambda: "NODE_REPORT" in heard["abe"] and "NODE_REPORT" in heard["ben"])
@@ -99,6 +121,8 @@ def test_a_launched_fleet_obeys_commands_to_some_and_to_all_and_ends_in_an_order
         assert pymoos("fleet", "station", "abe", *where).returncode == 0
         wait_for(lambda: heard["abe"].get("STATION_KEEP") == "true")
         assert "STATION_KEEP" not in heard["ben"]
+        # Stamped in the fleet's own time, whose warp the command was not told: a helm would ignore it else.
+        assert abs(stamps["STATION_KEEP"] - clock.now()) < 60.0 * 10.0
         assert pymoos("fleet", "return", *where).returncode == 0
         wait_for(lambda: heard["abe"].get("RETURN") == heard["ben"].get("RETURN") == "true")
         result = pymoos("fleet", "retrun", *where)
@@ -112,6 +136,11 @@ def test_a_launched_fleet_obeys_commands_to_some_and_to_all_and_ends_in_an_order
     assert process.returncode == 0, out
     assert "abe reports" in out
     assert "drifters: ended after" in out
+    # What is posted while the apps quit is still shown.
+    assert "so far so good" not in out
+    assert "\nthe figures of the end\n" in out
+    assert "mission result: pass" in out
+    assert "did not end by itself" not in out
     assert all(p.read_text().strip() for p in (tmp_path / "logs").rglob("*.alog"))
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from pymoos_lite.config.fleet_file import parse_fleet
 from pymoos_lite.hosts.fleet import (
     add_fleet,
     deploy_in_lockstep,
@@ -94,6 +95,30 @@ def test_the_same_seed_gives_the_same_logs_whatever_ran_before(tmp_path):
     assert len([name for name in found[0] if name.endswith(".alog")]) == 4
     sailed(tmp_path / "third", 40.0, seed=6).stop()
     assert logs(tmp_path / "third") != found[0]
+
+
+def test_a_vessels_logs_are_the_same_however_many_others_sail_out_of_its_reach(tmp_path):
+    wide = (
+        (DATA / "fleet.yaml").read_text().replace("x: [0, 100], y: [-100, 0]", "x: [0, 90000], y: [0, 90000]")
+    )
+    text = wide.replace("separation: 20", "separation: 9000")
+    found = []
+    for vehicles in (2, 6):
+        fleet = parse_fleet(text, "fleet.yaml", vehicles)
+        out = tmp_path / str(vehicles)
+        plan = plan_fleet(fleet, DATA, out)
+        assert plan.problems == ()
+        host = Lockstep(fleet.seed, out, stagger=True)
+        add_fleet(host, plan)
+        deploy_in_lockstep(host, plan)
+        host.run(40.0)
+        assert host.communities["shoreside"].database.value("UFSB_NODE_COUNT") == float(vehicles)
+        host.stop()
+        found.append({name: digest for name, digest in logs(out).items() if name.endswith(".alog")})
+    few, many = found
+    for vessel in ("ABE", "BEN"):
+        name = f"LOG_{vessel}/LOG_{vessel}.alog"
+        assert few[name] == many[name]
 
 
 def test_commands_go_to_all_or_to_some(tmp_path):

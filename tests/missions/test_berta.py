@@ -1,6 +1,7 @@
 """The berta mission in lockstep: vessels swap places, keep clear of each other, and every run is repeatable."""
 
 import hashlib
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -62,6 +63,24 @@ def test_vessels_swap_places_and_nobody_comes_too_close(tmp_path):
     assert report[1].startswith("closest points of approach: least ")
 
 
+def test_many_vessels_have_room_to_start_and_the_interval_of_swaps_can_change_while_they_sail(tmp_path):
+    plan = plan_fleet(load_fleet(FLEET, 64), FLEET.parent, tmp_path)
+    assert plan.problems == ()
+    host = Lockstep(1)
+    shore = plan.shoreside
+    only = next(a for a in shore.plan.apps if a.name == "pSwapStations")
+    host.add_plan(replace(shore.plan, apps=(only,)))
+    app = host.communities["shoreside"].app("pSwapStations")
+    host.poke(1.0, "DEPLOY_ALL", "true")
+    host.poke(5.0, "SWAP_INTERVAL", 7.0)
+    host.poke(20.0, "SWAP_INTERVAL", 0.2)
+    host.run(10.5)
+    assert app.next_swap - host.clock.start == pytest.approx(12.0, abs=1.1)
+    host.run(20.0)
+    assert app.interval == 7.0
+    assert any("SWAP_INTERVAL" in warning for warning in app.log.run_warnings)
+
+
 @pytest.mark.slow
 def test_the_same_seed_gives_the_same_logs_and_another_does_not(tmp_path):
     def digests(folder, seed):
@@ -111,8 +130,6 @@ class TestStations:
         host = Lockstep(1)
         shore = plan.shoreside
         only = next(a for a in shore.plan.apps if a.name == "pSwapStations")
-        from dataclasses import replace
-
         host.add_plan(replace(shore.plan, apps=(only,)))
         app = host.communities["shoreside"].app("pSwapStations")
         places = [app.station(i) for i in range(count)]

@@ -171,7 +171,7 @@ def test_disagreement_alternates_on_a_ring_and_a_line_agrees_unevenly():
 couplings = st.fixed_dictionaries({name: st.floats(-1, 1) for name in ("alpha", "beta", "gamma", "delta")})
 
 
-@settings(max_examples=40)
+@settings(max_examples=40, deadline=None)
 @given(
     couplings,
     st.integers(2, 7),
@@ -188,7 +188,7 @@ def test_the_formula_gives_the_eigenvalues_of_the_jacobian(values, n, n_options,
     assert np.allclose(numeric, np.sort(np.repeat(formula, n_options - 1)), rtol=0, atol=1e-9)
 
 
-@settings(max_examples=30)
+@settings(max_examples=30, deadline=None)
 @given(st.integers(1, 5), st.integers(2, 4), st.integers(0, 2**32 - 1), st.booleans())
 def test_the_jacobian_is_the_derivative_of_the_motion(n, n_options, seed, with_attention):
     rng = np.random.default_rng(seed)
@@ -220,7 +220,7 @@ def test_the_jacobian_is_the_derivative_of_the_motion(n, n_options, seed, with_a
     assert np.allclose(jacobian, numeric, rtol=0, atol=1e-7)
 
 
-@settings(max_examples=12)
+@settings(max_examples=12, deadline=None)
 @given(couplings, st.integers(2, 5), st.integers(2, 3), st.integers(0, 2**32 - 1))
 def test_opinions_die_below_the_threshold_and_live_above_it(values, n, n_options, seed):
     rng = np.random.default_rng(seed)
@@ -238,7 +238,7 @@ def test_opinions_die_below_the_threshold_and_live_above_it(values, n, n_options
     assert np.abs(above.z[-1]).max() > 10 * start
 
 
-@settings(max_examples=15)
+@settings(max_examples=15, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(2, 4), st.integers(2, 3))
 def test_the_general_threshold_is_where_the_growth_rate_is_zero(seed, n, n_options):
     rng = np.random.default_rng(seed)
@@ -269,7 +269,7 @@ def test_a_rotating_pair_is_found_as_an_oscillation():
     assert found.oscillating
 
 
-@settings(max_examples=8)
+@settings(max_examples=8, deadline=None)
 @given(st.floats(0.5, 0.95), st.floats(1.3, 3.0), st.floats(0.2, 1.0), st.integers(3, 6), st.booleans())
 def test_the_cascade_threshold_is_bracketed_by_simulation(low, high, y_th, n, at_one):
     u_star = analysis.critical_attention(complete(n), **ROW_1).u_star

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from opinion_engine import design, opinion_tool
-from opinion_engine.design import Setting
+from opinion_engine import design, opinion_tool, reach
 from opinion_engine.model import Attention, Couplings, OpinionError
 from opinion_engine.option_file import Option, OptionSet
+from opinion_engine.reach import Setting
 from opinion_engine.scenario import bloom_options
 from opinion_engine.theory import critical_attention
 
@@ -19,7 +19,7 @@ EXPLORING = Setting(attention=MISSION, biases=(("explore", 90.0),))
 
 
 def test_the_patterns_of_the_bloom_mission_have_the_known_thresholds():
-    found = design.patterns(bloom_options(0.05).couplings(), Setting().graph())
+    found = reach.patterns(bloom_options(0.05).couplings(), Setting().graph())
     assert found[0].u_star == pytest.approx(0.00659, abs=5e-6)
     assert found[0].alike
     split = [p for p in found if abs(p.options[2]) < 1e-6]
@@ -27,15 +27,15 @@ def test_the_patterns_of_the_bloom_mission_have_the_known_thresholds():
     assert not split[0].alike
     split = [
         p
-        for p in design.patterns(bloom_options(1.0).couplings(), Setting().graph())
+        for p in reach.patterns(bloom_options(1.0).couplings(), Setting().graph())
         if abs(p.options[2]) < 1e-6
     ]
     assert split[0].u_star == pytest.approx(0.23364, abs=5e-6)
-    on_a_line = design.patterns(bloom_options(0.05).couplings(), Setting(topology="line").graph())
+    on_a_line = reach.patterns(bloom_options(0.05).couplings(), Setting(topology="line").graph())
     assert on_a_line[0].u_star == pytest.approx(0.0234, abs=5e-5)
 
 
-@settings(max_examples=30)
+@settings(max_examples=30, deadline=None)
 @given(
     st.fixed_dictionaries({k: st.floats(-1, 1) for k in ("alpha", "beta", "gamma", "delta")}),
     st.integers(2, 4),
@@ -43,7 +43,7 @@ def test_the_patterns_of_the_bloom_mission_have_the_known_thresholds():
 )
 def test_the_first_pattern_is_the_theory_s_threshold(values, n_options, topology):
     graph = Setting(agents=5, topology=topology).graph()
-    found = design.patterns(Couplings.homogeneous(n_options, **values), graph)
+    found = reach.patterns(Couplings.homogeneous(n_options, **values), graph)
     expected = critical_attention(graph.adjacency(), **values)
     if expected.u_star is None or expected.u_star > 1e9:
         assert all(p.u_star > 1e8 for p in found)
@@ -53,13 +53,13 @@ def test_the_first_pattern_is_the_theory_s_threshold(values, n_options, topology
 
 def test_a_storm_at_one_vessel_takes_the_fleet_but_not_a_line():
     options = bloom_options(0.05)
-    one, every = design.reaches(options, EXPLORING, 2)
+    one, every = reach.reaches(options, EXPLORING, 2)
     assert one.raw is not None
     assert every.raw is not None
     assert one.raw < every.raw < 100.0
     assert 5.0 < every.seconds < 40.0
     line = Setting(attention=MISSION, biases=(("explore", 90.0),), topology="line")
-    assert design.reaches(options, line, 2)[1].raw is None
+    assert reach.reaches(options, line, 2)[1].raw is None
     text = design.report(options, EXPLORING)
     assert "migrate spreads through the fleet when all hear all, but not along a line of 8" in text
     assert "the reference ignores alpha of explore, exploit" in text

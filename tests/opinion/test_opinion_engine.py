@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from opinion_engine import engine as engine_module
-from opinion_engine import messages
+from opinion_engine import messages, neighbours
 from opinion_engine.engine import EngineSettings, OpinionEngine
 from opinion_engine.model import Attention, OpinionError
 from opinion_engine.option_file import Condition, Option, OptionSet
@@ -127,7 +126,7 @@ def paper_oracle(options, attention, z, u, heard, square, b, dt, steps=1500):
     return z, u
 
 
-@settings(max_examples=8)
+@settings(max_examples=8, deadline=None)
 @given(
     st.lists(st.floats(-20, 20), min_size=3, max_size=3),
     st.lists(st.floats(-100, 100), min_size=3, max_size=3),
@@ -195,7 +194,7 @@ def test_unknown_inputs_mean_no_bias_whatever_the_range():
     assert agent.inputs == (-1.0, 0.0)
 
 
-@pytest.mark.parametrize("value", [float("nan"), float("inf"), "west"])
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), "west", None])
 def test_an_input_that_is_no_number_is_refused_and_the_last_one_stays(value):
     agent = engine()
     agent.take("EXPLORE_INPUT", 50.0)
@@ -342,13 +341,13 @@ def test_binary_opinions_cost_3_6_and_12_bytes_a_second_and_are_understood(encod
         assert hearer.receive(update.payload, float(t), sender="ben")
         hearer.update(float(t))
     assert speaker.bytes_per_second(30.0) == pytest.approx(size)
-    assert hearer._record_z[0] == pytest.approx(update.z, rel=0.035, abs=0.4)
+    assert hearer._heard_of.z[0] == pytest.approx(update.z, rel=0.035, abs=0.4)
     assert not hearer.receive(update.payload, 31.0)
     assert "names no community" in hearer.counters.last_rejection
 
 
 def test_memory_for_neighbours_is_bounded(monkeypatch):
-    monkeypatch.setattr(engine_module, "MAX_NEIGHBOURS", 20)
+    monkeypatch.setattr(neighbours, "MAX_NEIGHBOURS", 20)
     agent = engine()
     for k in range(40):
         agent.receive(f"v{k}:g:migrate=1", 1.0)
@@ -389,7 +388,7 @@ events = st.lists(
 
 
 @pytest.mark.parametrize("model", ["paper", "reference"])
-@settings(max_examples=120)
+@settings(max_examples=120, deadline=None)
 @given(script=events)
 def test_no_stream_of_messages_breaks_the_engine(model, script):
     options = fleet()
@@ -420,6 +419,7 @@ def test_no_stream_of_messages_breaks_the_engine(model, script):
             )  # inputs and saturated couplings bound the opinions
 
 
+@settings(deadline=None)
 @given(st.permutations(range(6)))
 def test_the_order_of_arrival_of_timed_messages_does_not_matter(order):
     stream = [(f"ben:g:migrate={k}:explore={-k}", 0.1 * k) for k in range(6)]

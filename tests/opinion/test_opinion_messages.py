@@ -69,6 +69,7 @@ def test_text_lists_active_options_in_order_with_four_decimals():
     assert text == "abe:leader:exploit=-12.3456:explore=3.4567:"
 
 
+@settings(deadline=None)
 @given(opinions, st.data())
 def test_text_survives_the_round_trip_to_four_decimals(z, data):
     names = [f"option{j}" for j in range(len(z))]
@@ -109,6 +110,7 @@ def test_inactive_options_survive_every_encoding():
         assert sum(z) == pytest.approx(0.0, abs=1e-12)
 
 
+@settings(deadline=None)
 @given(opinions, st.sampled_from(["i8", "i16", "f32"]))
 def test_binary_keeps_order_and_precision(z, encoding):
     back, _ = messages.decode_binary(messages.encode_binary(z, encoding), len(z), project=False)
@@ -121,6 +123,7 @@ def test_binary_keeps_order_and_precision(z, encoding):
             assert not (z[i] < z[j] and back[i] > back[j])
 
 
+@settings(deadline=None)
 @given(st.binary(max_size=70), st.integers(0, 16))
 def test_no_payload_crashes_and_what_decodes_sums_to_zero(payload, n):
     try:
@@ -133,7 +136,7 @@ def test_no_payload_crashes_and_what_decodes_sums_to_zero(payload, n):
     assert all(v == 0.0 for v, a in zip(z, active, strict=True) if not a)
 
 
-@settings(max_examples=200)
+@settings(max_examples=200, deadline=None)
 @given(st.one_of(st.text(max_size=60), st.text("ab:=.-+e019 ", max_size=40)))
 def test_no_text_crashes_the_parser(text):
     try:

@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from opinion_engine.option_file import Condition, OptionFileError, parse_options, read_options
@@ -198,6 +198,7 @@ def test_perturbation_touches_only_the_options_that_ask_and_repeats_from_its_see
     assert abs(first.alpha - 1.0) < 0.6
 
 
+@settings(deadline=None)
 @given(st.text(alphabet="social_option{}=/ \nname=abc01.-", max_size=200))
 def test_no_text_crashes_the_reader(text):
     fault = ""

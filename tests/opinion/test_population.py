@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from opinion_engine import graphs, kernels, population_kernels
+from opinion_engine import gather_kernels, graphs, kernels, population_kernels
 from opinion_engine.graphs import Graph
 from opinion_engine.model import Attention, Couplings, OpinionError, OpinionNetwork
 from opinion_engine.population import Links, Population
@@ -45,7 +45,7 @@ def plain_rate(graph, couplings, z, u, b, attention):
     return rate, rate_u
 
 
-@settings(max_examples=25)
+@settings(max_examples=25, deadline=None)
 @given(st.integers(1, 40), st.integers(1, 9), st.integers(0, 2**32 - 1), st.booleans(), st.booleans())
 def test_an_euler_step_is_the_plain_equation(n, n_options, seed, same, equal):
     rng = np.random.default_rng(seed)
@@ -69,7 +69,7 @@ def test_an_euler_step_is_the_plain_equation(n, n_options, seed, same, equal):
     assert np.allclose(population.u, np.clip(u0 + 0.01 * rate_u, 0.45, 1.0), rtol=0, atol=1e-14)
 
 
-@settings(max_examples=10)
+@settings(max_examples=10, deadline=None)
 @given(st.integers(1, 12), st.integers(2, 4), st.integers(0, 2**32 - 1), st.booleans())
 def test_coupled_runge_kutta_follows_the_dense_network(n, n_options, seed, some_inactive):
     rng = np.random.default_rng(seed)
@@ -157,13 +157,53 @@ def test_the_one_loop_for_three_options_gives_the_bits_of_the_general_path():
         rate_u,
     )
     population.step(0.3, "euler")
-    ahead = z + 0.3 * rates[:, :3]
+    ahead = z + 0.3 * rates[:-1, :3]
     third = 1.0 / 3.0
     ahead -= ((ahead[:, 0] + ahead[:, 1] + ahead[:, 2]) * third)[:, None]
     assert np.array_equal(population.z, ahead)
     assert np.array_equal(population.u, np.clip(u + 0.3 * rate_u, 0.45, 1.0))
     squares = ahead[:, 0] ** 2 + ahead[:, 1] ** 2 + ahead[:, 2] ** 2
-    assert np.array_equal(population._ring[population._head][:, 3], squares * third)
+    assert np.array_equal(population._ring[population._head][:-1, 3], squares * third)
+
+
+@pytest.mark.parametrize("n_options", [3, 6])
+@pytest.mark.parametrize("n", [1, 7, 8, 250, 256, 257, 600])
+def test_agents_summed_side_by_side_get_the_bits_of_the_walk_along_the_rows(n, n_options):
+    rng = np.random.default_rng(n)
+    graph = graphs.random_pairs(n, min(8, n - 1), rng)
+    z0 = rng.normal(size=(n, n_options))
+    ends = []
+    for rows_only in (False, True):
+        population = Population(graph, uniform(n_options), attention=ATTENTION, z0=z0)
+        assert population._layout[0].size == (n + 255) // 256 * 32 + 1
+        if rows_only:
+            population._layout = (np.empty(0, np.int64), np.empty(0, np.uint32), np.empty(0, np.uint8))
+        for method in ("held", "euler", "rk4"):
+            population.step(0.3, method)
+        ends.append((population.z.copy(), population.u.copy()))
+    assert np.array_equal(ends[0][0], ends[1][0])
+    assert np.array_equal(ends[0][1], ends[1][1])
+
+
+def test_links_side_by_side_are_the_links_of_the_graph():
+    graph = graphs.random_pairs(1000, 8, np.random.default_rng(4))
+    starts, slots, places = gather_kernels.side_by_side(graph.indptr, graph.indices)
+    assert sorted(places[:256]) == list(range(256))
+    for p in range(1024):
+        agent = p // 256 * 256 + int(places[p])
+        column = slots[starts[p // 8] : starts[p // 8 + 1]].reshape(-1, 8)[:, p % 8]
+        own = graph.indices[graph.indptr[agent] : graph.indptr[agent + 1]] if agent < 1000 else column[:0]
+        assert np.array_equal(column[: own.size], own)
+        assert np.all(column[own.size :] == 1000)  # the row of zeros
+
+
+def test_a_hub_that_all_hear_does_not_make_the_layout_grow():
+    assert gather_kernels.side_by_side(*_parts(graphs.star(100_000)))[1].size == 0
+    assert gather_kernels.side_by_side(*_parts(graphs.ring(100_000)))[1].size < 210_000
+
+
+def _parts(graph):
+    return graph.indptr, graph.indices
 
 
 def test_serial_and_parallel_sweeps_give_the_same_bits(monkeypatch):
@@ -179,7 +219,7 @@ def test_serial_and_parallel_sweeps_give_the_same_bits(monkeypatch):
     assert np.array_equal(ends[0], ends[1])
 
 
-@settings(max_examples=10)
+@settings(max_examples=10, deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_renaming_the_agents_renames_the_result(seed):
     rng = np.random.default_rng(seed)
@@ -287,6 +327,7 @@ def test_run_records_shares_attention_and_the_agents_observed():
         ({"inputs": np.full((4, 3), np.nan)}, r"inputs\[0, 0\] is nan"),
         ({"kinds": np.zeros(4, int)}, "kinds need a list"),
         ({"attention": None}, "needs u0"),
+        ({"u0": -0.1}, "expected attention of at least 0"),
         ({"attention": [ATTENTION, ATTENTION]}, "2 attention parameters for 1"),
         ({"active": np.ones((4, 2))}, "active has shape"),
         ({"couplings": [uniform(), uniform(2)]}, "same number of options"),
@@ -364,3 +405,19 @@ def test_a_local_order_brings_neighbours_together_and_keeps_the_graph():
 def test_graphs_that_are_none_are_refused(indptr, indices, reason):
     with pytest.raises(OpinionError, match=reason):
         Graph(np.array(indptr), np.array(indices, dtype=int))
+
+
+@pytest.mark.parametrize(
+    ("make", "reason"),
+    [
+        (lambda rng: graphs.from_dense([[0, np.nan], [1, 0]]), r"adjacency\[0, 1\] is nan"),
+        (lambda rng: graphs.from_dense("x"), "adjacency must be numbers"),
+        (lambda rng: graphs.star(0), "at least 1 agent, not 0"),
+        (lambda rng: graphs.line(-1), "at least 1 agent, not -1"),
+        (lambda rng: graphs.random_pairs(10, -1.0, rng), "mean_degree is -1"),
+        (lambda rng: graphs.random_geometric(10, np.nan, rng), "mean_degree is nan"),
+    ],
+)
+def test_graphs_that_cannot_be_made_are_refused(make, reason):
+    with pytest.raises(OpinionError, match=reason):
+        make(np.random.default_rng(0))
