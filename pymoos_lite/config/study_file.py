@@ -29,7 +29,7 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from pymoos_lite.config.formulas import Formula, FormulaError, parse_formula
@@ -128,6 +128,16 @@ class StudyFile:
             if row.number == number:
                 return row
         raise KeyError(number)
+
+    def in_order(self, numbers: Iterable[int]) -> list[int]:
+        """Row numbers in the order in which to run them: all that share the first seed, then the next seed.
+
+        So a study that is stopped early has compared everything, with fewer seeds.
+        """
+        turn = {seed: place for place, seed in enumerate(self.seeds)}
+        wanted = set(numbers)
+        chosen = [row for row in self.rows() if row.number in wanted]
+        return [row.number for row in sorted(chosen, key=lambda row: (turn[row.seed], row.number))]
 
     def same_runs(self, other: StudyFile) -> bool:
         """Whether both ask for the same runs and the same columns: `other`'s results are this one's."""

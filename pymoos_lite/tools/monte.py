@@ -118,7 +118,7 @@ def _work(study: StudyFile, text: str, journal: Journal, args: argparse.Namespac
     from pymoos_lite.tools.mission import MissionError
 
     done = journal.done()
-    numbers = [number for number in _chosen(study, args.rows) if number not in done]
+    numbers = study.in_order(number for number in _chosen(study, args.rows) if number not in done)
     workers = args.workers if args.workers is not None else default_workers()
     if workers < 1:
         raise MissionError(f"--workers {workers}: expected at least 1")

@@ -38,6 +38,13 @@ def test_rows_are_numbered_by_point_and_then_by_seed():
     assert [row.seed for row in rows] == [5, 6] * 4
     assert rows[2].factors == (("vehicles", "4"), ("method", "static"), ("RANGE", "160"))
     assert found.row(8).value("vehicles") == "8"
+
+
+def test_a_study_that_is_stopped_early_has_run_whole_seeds():
+    found = study()
+    assert found.in_order(range(1, 9)) == [1, 3, 5, 7, 2, 4, 6, 8]
+    assert found.in_order([8, 2, 5]) == [5, 2, 8]
+    assert found.in_order([]) == []
     with pytest.raises(KeyError):
         found.row(9)
 

@@ -219,7 +219,7 @@ def test_a_study_that_is_killed_in_the_middle_goes_on_to_the_same_table(tmp_path
 
     assert monte("calm") == (0, "")
     assert monte("killed", "--rows", "1-3") == (0, "")
-    trap.write_text("")  # the process ends at once in row 4, with nothing closed or told
+    trap.write_text("")  # the process ends at once in the next row, with nothing closed or told
     assert monte("killed")[0] == 9
     assert monte("killed") == (0, "dice: 3 runs are done already, 13 to go\n")
     for name in ("results.csv", "summary.txt"):
