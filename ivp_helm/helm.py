@@ -39,6 +39,8 @@ from pymoos_lite.core.message import Message
 from pymoos_lite.geometry.geodesy import Geodesy
 
 NAV_VARIABLES = ("NAV_X", "NAV_Y", "NAV_HEADING", "NAV_SPEED")
+_NOTED = frozenset({"BHV_WARNING", "BHV_EVENT", "BHV_ERROR"})
+"""What behaviours say that a person should hear of."""
 WAITING_FOR_NAV = "Waiting for Helm Nav Solution"
 Stopwatch = Callable[[], float]
 
@@ -398,15 +400,17 @@ class HelmCore:
 
     def _drain(self, rounds: Sequence[tuple[Life, Outcome]]) -> None:
         """Everything behaviours posted, in their order."""
+        drain = self.outbox.drain
         for life, _ in rounds:
-            posts = life.behavior.take_posts()
-            for item in posts:
-                if item.variable == "BHV_WARNING":
-                    self.note("retract" if item.retracts else "warning", str(item.value))
-                elif item.variable in ("BHV_EVENT", "BHV_ERROR"):
-                    self.note("event", str(item.value))
-            aux = f"{self.iteration}:{life.name}"
-            self.outbox.drain(posts, life.name, aux, self.buffer, self.iteration)
+            behavior = life.behavior
+            posts = behavior.take_posts()
+            for variable, value, _, retracts in posts:
+                if variable in _NOTED:
+                    if variable == "BHV_WARNING":
+                        self.note("retract" if retracts else "warning", str(value))
+                    else:
+                        self.note("event", str(value))
+            drain(posts, behavior.name, self.buffer, self.iteration)
 
     def _bury(self, now: float) -> None:
         """Remove the completed behaviours, after their posts went out."""
