@@ -21,6 +21,7 @@ from ivp_helm.ivp.errors import IvPError
 from ivp_helm.ivp.function import IvPFunction
 from ivp_helm.ivp.reflector import reflect
 
+
 def from_table(
     domain: Domain,
     table: ArrayLike,
