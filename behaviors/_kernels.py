@@ -56,6 +56,35 @@ def avoidance(
 
 
 @njit(cache=True, error_model="numpy")
+def avoidance_at(
+    px: float,
+    py: float,
+    cvx: float,
+    cvy: float,
+    vx: Array,
+    vy: Array,
+    horizon: float,
+    near: float,
+    far: float,
+    out: Array,
+) -> None:
+    """out[k] = utility, as in `avoidance`, of going at (vx[k], vy[k]): speed times unit vector."""
+    slope = (100.0 - NEAR_UTILITY) / (far - near) if far > near else 0.0
+    for k in range(out.size):
+        wx = vx[k] - cvx
+        wy = vy[k] - cvy
+        k1 = px * wx + py * wy
+        k2 = wx * wx + wy * wy + 1e-300
+        t = min(max(-k1 / k2, 0.0), horizon)
+        x = px + t * wx
+        y = py + t * wy
+        c = sqrt(x * x + y * y)
+        value = NEAR_UTILITY + (c - near) * slope
+        value = 100.0 if c > far else value
+        out[k] = 0.0 if c < near else value
+
+
+@njit(cache=True, error_model="numpy")
 def avoidance_of(cpa: Array, near: float, far: float) -> None:
     """Closest approaches, in place, into the utilities of `avoidance`."""
     slope = (100.0 - NEAR_UTILITY) / (far - near) if far > near else 0.0

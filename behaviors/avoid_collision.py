@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from behaviors import _kernels
 from ivp_helm.contact_behavior import GRADES, ContactBehavior, graded
-from ivp_helm.ivp import Domain, IvPFunction, from_table
+from ivp_helm.ivp import Domain, IvPFunction, Tiling, from_table
 from pymoos_lite.config.parameters import Declaration, Parameter
 from pymoos_lite.geometry.cpa import unit_vectors
 from pymoos_lite.geometry.encounter import RelativeState
@@ -60,6 +61,16 @@ AVOIDANCE_PARAMETERS = Declaration(
     ignored=("use_refinery", "check_plateaus", "check_validity", "pcheck_thresh", "verbose"),
 )
 """What this behaviour and its rule-following relatives have in common."""
+
+
+@lru_cache(maxsize=16)
+def _lattice(plane: Domain) -> tuple[Tiling, Array, Array]:
+    """The tiles of course and speed, and the velocities (east, north) at the points that matter to them."""
+    tiling = Tiling.of(plane, PIECE)
+    course, speed = tiling.indexes
+    east, north = unit_vectors(plane["course"].values())
+    speeds = plane["speed"].values()
+    return tiling, speeds[speed] * east[course], speeds[speed] * north[course]
 
 
 class AvoidanceBehavior(ContactBehavior):
@@ -176,15 +187,37 @@ class AvoidCollision(AvoidanceBehavior):
     def decide(self, meeting: RelativeState) -> IvPFunction | None:
         config = self.config
         self._closing = meeting.roc
-        reach = meeting.range
+        contact, reach = config.contact, meeting.range
         self.relevance = graded(reach, config.pwt_inner_dist, config.pwt_outer_dist, config.pwt_grade)
         if self.relevance <= 0.0:
-            self.why = f"{config.contact} is {reach:.0f} m off, beyond {config.pwt_outer_dist:g} m"
+            outer = config.pwt_outer_dist
+            self.explain(lambda: f"{contact} is {reach:.0f} m off, beyond {outer:g} m")
             return None
-        self.why = f"{config.contact} is {reach:.0f} m off, closest approach {meeting.cpa:.0f} m as it is"
+        self.explain(lambda: f"{contact} is {reach:.0f} m off, closest approach {meeting.cpa:.0f} m as it is")
         if self.collision_depth > 0.0:
             return self._with_depth(meeting)
-        return from_table(self.plane, self.utilities(meeting), PIECE, self.config.build_info)
+        if self.config.build_info or not self.turns_at_once:
+            return from_table(self.plane, self.utilities(meeting), PIECE, self.config.build_info)
+        return self._tiled(meeting)
+
+    def _tiled(self, meeting: RelativeState) -> IvPFunction:
+        """The function of `utilities`, which are worked out only where the pieces need them."""
+        tiling, vx, vy = _lattice(self.plane)
+        values = np.empty(tiling.size)
+        engine = meeting.engine
+        near, far = self.near_and_far(meeting.range)
+        _kernels.avoidance_at(
+            meeting.osx - meeting.cnx,
+            meeting.osy - meeting.cny,
+            *engine.contact_velocity,
+            vx,
+            vy,
+            self.config.time_on_leg,
+            near,
+            far,
+            values,
+        )
+        return tiling.function(values)
 
     def utilities(self, meeting: RelativeState) -> Array:
         """The utility of every course and speed, before it is made a function."""

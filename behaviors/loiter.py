@@ -9,7 +9,7 @@ from behaviors.arrival import ArrivalEngine
 from behaviors.forms import tolerant_hints
 from behaviors.loiter_entry import better_clockwise, entry
 from behaviors.loiter_parameters import LOITER_PARAMETERS
-from behaviors.steering import coupled, course_peak, speed_band, speed_peak
+from behaviors.steering import speed_band, speed_peak, toward
 from ivp_helm.behavior import Behavior
 from ivp_helm.ivp import IvPFunction
 from pymoos_lite.geometry.angles import angle180, bearing
@@ -81,6 +81,8 @@ class Loiter(Behavior):
         self._turned = 0.0
         self._shape_key: tuple[object, ...] = ()
         self._shape_text = self._erase_text = ""
+        self._report_key: tuple[object, ...] = ()
+        self._report_text = ""
         self._point_key: tuple[object, ...] = ()
         self._point_text = ""
         self._point_label = f"{self.community}_waypoint"
@@ -286,18 +288,20 @@ class Loiter(Behavior):
         return float(min(speed, self.max_speed))
 
     def _function(self) -> IvPFunction:
-        own, config, domain = self.own, self.config, self.domain
-        point = self.engine.current
-        course, speed = bearing(own.x, own.y, *point), self.speed_in_force
-        self.why = (
-            f"{self._mode}, {abs(self._distance):.0f} m {'outside' if self._distance > 0 else 'inside'}"
-            f" the polygon, vertex {self.engine.index + 1} of {len(self.engine.points)} at {num(speed, 2)} m/s"
+        own, config, domain, engine = self.own, self.config, self.domain, self.engine
+        course, speed = bearing(own.x, own.y, *engine.current), self.speed_in_force
+        mode, distance, vertex, count = self._mode, self._distance, engine.index + 1, len(engine.points)
+        self.explain(
+            lambda: (
+                f"{mode}, {abs(distance):.0f} m {'outside' if distance > 0 else 'inside'}"
+                f" the polygon, vertex {vertex} of {count} at {num(speed, 2)} m/s"
+            )
         )
         if config.ipf_type == "zaic_spd":
             preference = speed_band(domain, speed, 85.0, 20.0)
         else:
             preference = speed_peak(domain, speed, 0.0, 0.3)
-        return coupled(course_peak(domain, course), preference, config.patience, 100.0 - config.patience)
+        return toward(domain, course, preference, config.patience, 100.0 - config.patience)
 
     # --- words for flags ----------------------------------------------------------------------------------
 
@@ -319,11 +323,14 @@ class Loiter(Behavior):
     def _tell_status(self) -> None:
         engine, suffix = self.engine, self.config.post_suffix
         acquiring = "true" if self._acquiring else "false"
-        self.post(
-            f"LOITER_REPORT{suffix}",
-            f"index={engine.index},capture_hits={engine.capture_hits},"
-            f"nonmono_hits={engine.hits - engine.capture_hits},acquire_mode={acquiring}",
-        )
+        key = (engine.index, engine.capture_hits, engine.hits, acquiring)
+        if key != self._report_key:
+            self._report_key = key
+            self._report_text = (
+                f"index={engine.index},capture_hits={engine.capture_hits},"
+                f"nonmono_hits={engine.hits - engine.capture_hits},acquire_mode={acquiring}"
+            )
+        self.post(f"LOITER_REPORT{suffix}", self._report_text)
         self.post(f"LOITER_INDEX{suffix}", float(engine.index))
         self.post(f"LOITER_MODE{suffix}", self._mode)
         self.post(f"LOITER_ACQUIRE{suffix}", float(self._acquiring))

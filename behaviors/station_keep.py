@@ -6,7 +6,7 @@ from math import hypot
 
 from behaviors import forms
 from behaviors.station import HIBERNATING, Hibernation, Radii
-from behaviors.steering import coupled, course_peak, speed_peak
+from behaviors.steering import speed_peak, toward
 from ivp_helm.behavior import Behavior
 from ivp_helm.ivp import IvPFunction
 from pymoos_lite.config.parameters import Declaration, Parameter
@@ -161,7 +161,7 @@ class StationKeep(Behavior):
         self._draw()
         self.why = f"{distance:.1f} m from the station, {num(speed, 2)} m/s"
         course = own.heading if swinging else bearing(own.x, own.y, x, y)
-        return coupled(course_peak(self.domain, course), speed_peak(self.domain, speed, 0.0, 0.4, 0.0, 25.0))
+        return toward(self.domain, course, speed_peak(self.domain, speed, 0.0, 0.4, 0.0, 25.0))
 
     def _swing(self, x: float, y: float) -> bool:
         """Take own position for the station while that is wanted; True if that goes on."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from ivp_helm.ivp import Domain, IvPFunction, Peak, couple, zaic_leq, zaic_peak, zaic_spd
+from ivp_helm.ivp import CoupledPeak, Domain, IvPFunction, Peak, couple, zaic_leq, zaic_peak, zaic_spd
 from pymoos_lite.geometry.angles import angle360
 
 _REMEMBERED = 256
@@ -62,6 +62,26 @@ def coupled(
 ) -> IvPFunction:
     """Both preferences in one function; the two arguments are told apart by identity."""
     return couple(first, second, first_weight, second_weight)
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def toward(
+    domain: Domain,
+    course: float,
+    preference: IvPFunction,
+    course_weight: float = 50.0,
+    preference_weight: float = 50.0,
+) -> IvPFunction:
+    """`coupled` of `course_peak` and another preference: what most behaviours want, made in one step."""
+    return _toward(domain, preference, course_weight, preference_weight).at(course)
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _toward(
+    domain: Domain, preference: IvPFunction, course_weight: float, preference_weight: float
+) -> CoupledPeak:
+    peak = Peak(0.0, 0.0, 180.0)
+    return CoupledPeak(domain, "course", peak, preference, course_weight, preference_weight, wrap=True)
 
 
 def on_grid(domain: Domain, course: float) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ivp_helm.lifecycle import Life, Outcome
 from ivp_helm.summary import Figures, Summary, state_variables
@@ -15,6 +15,37 @@ STATES = ("active", "running", "idle", "disabled")
 Rounds = Sequence[tuple[Life, Outcome]]
 
 
+class Count(NamedTuple):
+    """What a round of behaviours came to, added up: functions, pieces built for them and carried over,
+    whether one that is no mere constraint has a say, results of updates, seconds spent building."""
+
+    functions: int
+    pieces: int
+    reused: int
+    goal: bool
+    updates: int
+    build_seconds: float
+
+    @classmethod
+    def of(cls, rounds: Rounds) -> Count:
+        functions = pieces = reused = updates = 0
+        goal = False
+        seconds = 0.0
+        for life, outcome in rounds:
+            updates += len(life.results)
+            seconds += outcome.build_seconds
+            function = outcome.function
+            if function is not None:
+                functions += 1
+                if outcome.reused:
+                    reused += function.pieces
+                else:
+                    pieces += function.pieces
+                if not life.behavior.CONSTRAINT:
+                    goal = True
+        return cls(functions, pieces, reused, goal, updates, seconds)
+
+
 class Announcer:
     """Keeps what was told, so that lists and summaries are told when they change."""
 
@@ -23,6 +54,7 @@ class Announcer:
         self._outbox = core.outbox
         self._summary = Summary(core.domain.names, str(core.domain))
         self._lists: dict[str, str] = dict.fromkeys(STATES, "")
+        self._listed: list[tuple[str, str]] = []
         self._variables: set[str] = set()
         self._variables_text = ""
         self._updates_text = ""
@@ -31,6 +63,7 @@ class Announcer:
         """Make the next summary a complete one, and tell the lists again."""
         self._summary.restart()
         self._lists = dict.fromkeys(STATES, "")
+        self._listed = []
 
     def introduce(self) -> None:
         """The empty counts with which a helm starts."""
@@ -45,21 +78,21 @@ class Announcer:
         named = [(life.name, life.behavior.config.updates) for life in lives]
         self._updates_text = ",".join(f"{name}={variable}" for name, variable in named if variable)
 
-    def before_posts(self, rounds: Rounds) -> None:
+    def before_posts(self, rounds: Rounds, count: Count) -> None:
         """Results of updates, warnings about behaviours, and counts."""
         core, post = self._core, self._outbox.post
-        for life, _ in rounds:
-            for result in life.results:
-                post("IVPHELM_UPDATE_RESULT", result.report(core.buffer.now - core.started))
-            life.results.clear()
+        if count.updates:
+            for life, _ in rounds:
+                for result in life.results:
+                    post("IVPHELM_UPDATE_RESULT", result.report(core.buffer.now - core.started))
+                life.results.clear()
         for k, warning in enumerate(core.population.warnings):
             post("IVPHELM_BHVSET_WARNING", f"{k}:{warning}")
             core.note("warning", warning)
         core.population.warnings.clear()
-        functions, pieces, reused = _count(rounds)
-        post("IVPHELM_TOTAL_PCS_FORMED", float(pieces))
-        post("IVPHELM_TOTAL_PCS_CACHED", float(reused))
-        post("IVPHELM_IPF_CNT", float(functions))
+        post("IVPHELM_TOTAL_PCS_FORMED", float(count.pieces))
+        post("IVPHELM_TOTAL_PCS_CACHED", float(count.reused))
+        post("IVPHELM_IPF_CNT", float(count.functions))
         post("IVPHELM_ITER", float(core.iteration))
 
     def deaths(self, count: int) -> None:
@@ -76,21 +109,22 @@ class Announcer:
         if count:
             self.note_variables(population.lives)
 
-    def after_posts(self, rounds: Rounds, decision: Mapping[str, float], complaint: str) -> None:
+    def after_posts(
+        self, rounds: Rounds, count: Count, decision: Mapping[str, float], complaint: str
+    ) -> None:
         """The summary, the lists of behaviours and the times."""
         core, outbox = self._core, self._outbox
-        functions, pieces, reused = _count(rounds)
         figures = Figures(
             core.iteration,
             core.buffer.now,
-            functions,
-            pieces,
-            reused,
+            count.functions,
+            count.pieces,
+            count.reused,
             core.warning_count,
             core.timing,
             decision,
             bool(complaint),
-            has_goal(rounds),
+            count.goal,
             core.modes.summary(),
             complaint or "none",
         )
@@ -103,33 +137,15 @@ class Announcer:
 
     def _tell_lists(self, rounds: Rounds) -> None:
         outbox = self._outbox
-        groups: dict[str, list[str]] = {group: [] for group in STATES}
-        for life, outcome in rounds:
-            if outcome.state in groups:
-                groups[outcome.state].append(life.name)
-        for group, names in groups.items():
-            text = ",".join(names)
-            if text != self._lists[group]:
-                self._lists[group] = text
-                outbox.post(f"IVPHELM_BHV_{group.upper()}", text)
-                outbox.post_change(f"IVPHELM_BHV_{group.upper()}_CNT", float(len(names)))
+        listed = [(outcome.state, life.behavior.name) for life, outcome in rounds]
+        if listed != self._listed:
+            self._listed = listed
+            for group in STATES:
+                names = [name for state, name in listed if state == group]
+                text = ",".join(names)
+                if text != self._lists[group]:
+                    self._lists[group] = text
+                    outbox.post(f"IVPHELM_BHV_{group.upper()}", text)
+                    outbox.post_change(f"IVPHELM_BHV_{group.upper()}_CNT", float(len(names)))
         outbox.post_change("IVPHELM_BHV_CNT", float(len(self._core.population.lives)))
         outbox.post_change("IVPHELM_BHV_CNT_EVER", float(self._core.population.ever))
-
-
-def has_goal(rounds: Rounds) -> bool:
-    """Whether a behaviour that is no mere constraint has a say."""
-    return any(o.function is not None and not life.behavior.CONSTRAINT for life, o in rounds)
-
-
-def _count(rounds: Rounds) -> tuple[int, int, int]:
-    """Functions, pieces built for them, pieces carried over."""
-    functions = pieces = reused = 0
-    for _, outcome in rounds:
-        if outcome.function is not None:
-            functions += 1
-            if outcome.reused:
-                reused += outcome.function.pieces
-            else:
-                pieces += outcome.function.pieces
-    return functions, pieces, reused

@@ -40,7 +40,7 @@ Units everywhere: x east and y north in metres, degrees clockwise from north, m/
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from ivp_helm.conditions import holds
@@ -102,8 +102,7 @@ class Behavior(Configurable):
         self.domain: Domain = surroundings.domain
         self.community = surroundings.community
         self.name = name or type(self).DEFAULT_NAME
-        self.why = ""
-        """One line on why it is where it is, e.g. ``leg 3 of 7, 42 m to go``; shown by `explain`."""
+        self._why: str | Callable[[], str] = ""
         self.relevance = 1.0
         """How much of `pwt` the function returned next carries; back at 1 before each `on_run`."""
         self.state = ""
@@ -213,6 +212,23 @@ class Behavior(Configurable):
         if own is None:
             raise MissingOwnship(self.surroundings.missing_own())
         return own
+
+    @property
+    def why(self) -> str:
+        """One line on why it is where it is, e.g. ``leg 3 of 7, 42 m to go``; shown by `explain`."""
+        said = self._why
+        return said if isinstance(said, str) else said()
+
+    @why.setter
+    def why(self, text: str) -> None:
+        self._why = text
+
+    def explain(self, words: Callable[[], str]) -> None:
+        """Set `why` to what `words` returns, which is asked only when somebody wants to know.
+
+        It is asked later, so it should read nothing that changes: bind numbers, not their owners.
+        """
+        self._why = words
 
     @property
     def pwt(self) -> float:

@@ -22,27 +22,47 @@ __all__ = ["Condition", "ConditionError", "ConditionSet", "holds", "parse_condit
 
 
 class ConditionSet:
-    """Conditions that must all hold, ready to be asked in every iteration."""
+    """Conditions that must all hold, ready to be asked in every iteration.
 
-    __slots__ = ("_deltas", "_tests", "items")
+    The answer is remembered with the values it was made of: modes and orders stand for minutes, so most
+    iterations find the very same objects in the buffer.
+    """
+
+    __slots__ = ("_answer", "_deltas", "_names", "_seen", "items")
 
     def __init__(self, items: Iterable[Condition] = ()) -> None:
         self.items = tuple(items)
         self._deltas = any(_reads_delta(condition) for condition in self.items)
-        self._tests = [(condition.test, condition) for condition in self.items]
+        self._names = tuple(dict.fromkeys(n for condition in self.items for n in condition.variables()))
+        self._seen: list[tuple[str, object]] = [(name, _NEVER) for name in self._names]
+        self._answer: Condition | None = None
 
     def first_false(self, buffer: InfoBuffer) -> Condition | None:
         """The first condition that does not hold, None if all do."""
-        lookup: Lookup = buffer.values.get
+        get = buffer.values.get
+        for name, former in self._seen:
+            if get(name) is not former:
+                break
+        else:
+            return self._answer
+        lookup: Lookup = get
         if self._deltas:
-            lookup = with_deltas(lookup, buffer.now)
-        for test, condition in self._tests:
-            if not test(lookup):
-                return condition
-        return None
+            lookup = with_deltas(lookup, buffer.now)  # ages differ in every iteration: nothing to remember
+        else:
+            self._seen = [(name, get(name)) for name in self._names]
+        self._answer = None
+        for condition in self.items:
+            if not condition.test(lookup):
+                self._answer = condition
+                break
+        return self._answer
 
     def __iter__(self) -> Iterator[Condition]:
         return iter(self.items)
+
+
+_NEVER = object()
+"""Stands for the value of a variable that was not looked at yet."""
 
 
 def holds(condition: Condition, buffer: InfoBuffer) -> bool:

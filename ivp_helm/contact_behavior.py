@@ -263,12 +263,12 @@ class ContactBehavior(Behavior):
 
     def _find_contact(self) -> Contact | None:
         found: Contact | None = self.surroundings.contacts.get(self.config.contact)
-        complaint = self._complaint
         self._complained = False
-        if found is not None:
-            self.retract_warning(complaint)
-        elif complaint not in self._warned:
-            self._complain()
+        if found is None:
+            if self._complaint not in self._warned:
+                self._complain()
+        elif self._warned:
+            self.retract_warning(self._complaint)
         return found
 
     def _complain(self) -> None:

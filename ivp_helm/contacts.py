@@ -32,6 +32,8 @@ class HelmContacts:
         self.own = own
         self.max_age = max_age
         self.reports = 0
+        self._names: list[str] = []
+        self._text = ", who:"
         self.snapshot: dict[str, Contact] = {}
         """The contacts of this iteration; the same object for the whole life of the helm."""
         self._ledger = ContactLedger(geodesy, capacity=MAX_CONTACTS)
@@ -61,17 +63,22 @@ class HelmContacts:
         snapshot.clear()
         if not len(self._ledger):
             return
-        for contact in list(self._ledger):
-            limit = 2.0 * self.max_age if contact.name in referred else self.max_age
-            if now - contact.time > limit:
-                self._ledger.drop(contact.name)
+        max_age, still = self.max_age, self._policy.mode is ExtrapolationMode.OFF
+        for contact in self._ledger:
+            name = contact.name
+            age = now - contact.time
+            if age > max_age and (age > 2.0 * max_age or name not in referred):
+                self._ledger.drop(name)
                 continue
-            if self._policy.mode is not ExtrapolationMode.OFF:
+            if not still:
                 x, y = contact.position(now, self._policy)
                 contact = replace(contact, x=x, y=y)
-            snapshot[contact.name] = contact
+            snapshot[name] = contact
 
     def summary(self) -> str:
         """The value of IVPHELM_LEDGER_SUMMARY: ``now:2, reps:40, who:ben,cal``."""
         names = self._ledger.names()
-        return f"now:{len(names)}, reps:{self.reports}, who:{','.join(names[:MAX_NAMES_SHOWN])}"
+        if names != self._names:
+            self._names = names
+            self._text = f", who:{','.join(names[:MAX_NAMES_SHOWN])}"
+        return f"now:{len(names)}, reps:{self.reports}{self._text}"

@@ -29,9 +29,10 @@ def decide(domain: Domain, rounds: Sequence[tuple[Life, Outcome]]) -> Verdict:
     if not functions:
         return Verdict({})
     for function in functions:
-        for name in function.domain.names:
-            if name not in domain:
-                return Verdict({}, None, f"DomainVar {name} not recognized ")
+        if function.domain is not domain:
+            for name in function.domain.names:
+                if name not in domain:
+                    return Verdict({}, None, f"DomainVar {name} not recognized ")
     try:
         solution = solve(decision_domain(domain, functions), functions)
     except IvPError as error:

@@ -15,7 +15,7 @@ from typing import Literal, NamedTuple
 
 from ivp_helm import allstop
 from ivp_helm.allstop import AllStop
-from ivp_helm.announcer import Announcer, has_goal
+from ivp_helm.announcer import Announcer, Count
 from ivp_helm.authority import Authority
 from ivp_helm.behavior_file import BehaviorFile
 from ivp_helm.build import Finder
@@ -39,6 +39,8 @@ from pymoos_lite.core.message import Message
 from pymoos_lite.geometry.geodesy import Geodesy
 
 NAV_VARIABLES = ("NAV_X", "NAV_Y", "NAV_HEADING", "NAV_SPEED")
+_NOTED = frozenset({"BHV_WARNING", "BHV_EVENT", "BHV_ERROR"})
+"""What behaviours say that a person should hear of."""
 WAITING_FOR_NAV = "Waiting for Helm Nav Solution"
 Stopwatch = Callable[[], float]
 
@@ -149,6 +151,7 @@ class HelmCore:
         self._nav_missing = True
         self._nav_warned = False
         self._referred: frozenset[str] = frozenset()
+        self._referred_text = ""
         self._restart = ""
         self._restarted = False
 
@@ -224,6 +227,7 @@ class HelmCore:
         self._referred = frozenset(
             str(contact) for life in self.population if (contact := vars(life.behavior.config).get("contact"))
         )
+        self._referred_text = ",".join(sorted(self._referred))
 
     # --- every round --------------------------------------------------------------------------------------
 
@@ -281,7 +285,7 @@ class HelmCore:
             self._deferred.clear()
         self.contacts.refresh(now, self._referred)
         if self._referred:
-            post("IVPHELM_CONTACT_SUMMARY", ",".join(sorted(self._referred)))
+            post("IVPHELM_CONTACT_SUMMARY", self._referred_text)
         post("IVPHELM_LEDGER_SUMMARY", self.contacts.summary())
         if not self.authority.driving:
             self._announce(allstop.MANUAL_OVERRIDE)
@@ -342,21 +346,22 @@ class HelmCore:
             newcomers = []
         modes = self.modes.evaluate(buffer)
         rounds, verdict, solve_seconds = self._run_and_solve()
-        if newcomers or any(life.results for life, _ in rounds):
+        count = Count.of(rounds)
+        if newcomers or count.updates:
             self._register_all()
         for variable, mode in modes.items():
             outbox.post_change(variable, mode, "HELM_MODE")
         decision, complaint = verdict.decision, verdict.complaint
-        reason = self._reason(rounds, verdict)
-        self.timing = self.timing.after(sum(o.build_seconds for _, o in rounds), solve_seconds)
-        self.announcer.before_posts(rounds)
+        reason = self._reason(count, verdict)
+        self.timing = self.timing.after(count.build_seconds, solve_seconds)
+        self.announcer.before_posts(rounds, count)
         if self.listens("BHV_IPF"):
             post_functions(outbox, rounds, self.iteration)
         if self.listens("BHV_WHY"):
             post_reasons(outbox, rounds)
         self._drain(rounds)
         self._bury(now)
-        self.announcer.after_posts(rounds, decision if reason == allstop.CLEAR else {}, complaint)
+        self.announcer.after_posts(rounds, count, decision if reason == allstop.CLEAR else {}, complaint)
         self._announce(reason)
         if reason == allstop.CLEAR:
             for name, value in decision.items():
@@ -367,9 +372,13 @@ class HelmCore:
 
     def _run_and_solve(self) -> tuple[list[tuple[Life, Outcome]], Verdict, float]:
         """All behaviours in order, then the solver; filter-level behaviours see its first answer."""
-        lives = self.population.lives
-        late = [life for life in lives if life.behavior.FILTER_LEVEL > 0]
-        rounds = [(life, life.iterate()) for life in lives if life.behavior.FILTER_LEVEL == 0]
+        rounds: list[tuple[Life, Outcome]] = []
+        late = []
+        for life in self.population.lives:
+            if life.behavior.FILTER_LEVEL > 0:
+                late.append(life)
+            else:
+                rounds.append((life, life.iterate()))
         began = self._stopwatch()
         verdict = decide(self.domain, rounds)
         seconds = self._stopwatch() - began
@@ -382,31 +391,35 @@ class HelmCore:
             seconds += self._stopwatch() - began
         return rounds, verdict, seconds
 
-    def _reason(self, rounds: Sequence[tuple[Life, Outcome]], verdict: Verdict) -> str:
+    def _reason(self, count: Count, verdict: Verdict) -> str:
         """The all-stop reason, or CLEAR."""
         timeout = self.settings.nav_timeout
         if verdict.complaint:
             return allstop.BEHAVIOR_ERROR
         if timeout > 0.0 and any((self.buffer.age(name) or 0.0) > timeout for name in self._nav):
             return allstop.STALE_NAV
-        if not any(outcome.function is not None for _, outcome in rounds):
+        if not count.functions:
             return allstop.NOTHING_TO_DO
-        if self.settings.goals_mandatory and not has_goal(rounds):
+        if self.settings.goals_mandatory and not count.goal:
             return allstop.NO_GOAL
+        if len(verdict.decision) == len(self.domain):
+            return allstop.CLEAR
         missing = [n for n in self.domain.names if n not in verdict.decision and n not in self._optional]
         return f"{allstop.MISSING}:{','.join(missing)}" if missing else allstop.CLEAR
 
     def _drain(self, rounds: Sequence[tuple[Life, Outcome]]) -> None:
         """Everything behaviours posted, in their order."""
+        drain = self.outbox.drain
         for life, _ in rounds:
-            posts = life.behavior.take_posts()
-            for item in posts:
-                if item.variable == "BHV_WARNING":
-                    self.note("retract" if item.retracts else "warning", str(item.value))
-                elif item.variable in ("BHV_EVENT", "BHV_ERROR"):
-                    self.note("event", str(item.value))
-            aux = f"{self.iteration}:{life.name}"
-            self.outbox.drain(posts, life.name, aux, self.buffer, self.iteration)
+            behavior = life.behavior
+            posts = behavior.take_posts()
+            for variable, value, _, retracts in posts:
+                if variable in _NOTED:
+                    if variable == "BHV_WARNING":
+                        self.note("retract" if retracts else "warning", str(value))
+                    else:
+                        self.note("event", str(value))
+            drain(posts, behavior.name, self.buffer, self.iteration)
 
     def _bury(self, now: float) -> None:
         """Remove the completed behaviours, after their posts went out."""

@@ -4,6 +4,7 @@ helm itself (helm.md 9.2, 11.1, 12.4)."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from ivp_helm.able_filter import AbleFilter
@@ -37,6 +38,13 @@ FIXED_VARIABLES = (
 INITIAL = "HELM_VAR_INIT"
 
 
+@lru_cache(maxsize=1024)
+def _nav_names(vessel: str) -> tuple[str, str]:
+    """The variables in which conditions find a vessel's group and type."""
+    prefix = vessel.upper()
+    return f"{prefix}_NAV_GROUP", f"{prefix}_NAV_TYPE"
+
+
 class Inbox:
     """The helm's mail handling."""
 
@@ -67,6 +75,7 @@ class Inbox:
             return
         buffer = core.buffer
         buffer.now = now
+        store = buffer.set
         own = core.name
         limit = core.settings.ok_skew
         handlers = self._handlers
@@ -85,7 +94,7 @@ class Inbox:
                 if self._last_request.get(name) == message:
                     continue
                 self._last_request[name] = message
-            buffer.set(name, value, stamp)
+            store(name, value, stamp)
 
     def _believed(self, message: Message, now: float) -> bool:
         """Whether mail with a strange time stamp is still taken: a latched value delivered on registering is."""
@@ -169,9 +178,9 @@ class Inbox:
             core.note("warning", f"The issue: {error}")
             return False
         if contact is not None:
-            prefix = contact.name.upper()
-            core.buffer.assign(f"{prefix}_NAV_GROUP", contact.report.group)
-            core.buffer.assign(f"{prefix}_NAV_TYPE", contact.type)
+            group, kind = _nav_names(contact.name)
+            core.buffer.assign(group, contact.report.group)
+            core.buffer.assign(kind, contact.type)
         return True
 
     def _own_report(self, message: Message) -> bool:

@@ -18,6 +18,7 @@ from ivp_helm.surroundings import MissingOwnship
 from ivp_helm.updates import UpdateResult, apply_update, is_repeatable, seconds_text
 
 RUNNING = ("running", "active")
+_new_tuple = tuple.__new__  # what Outcome(...) does, in a third of the time
 Hook = Callable[[], Any]
 
 
@@ -129,13 +130,14 @@ class Life:
         config = behavior.config
         now = behavior.now
         former = self.state
+        buffer = behavior.buffer
         behavior.iteration += 1
-        if config.updates:
+        if config.updates and buffer.has_deltas(config.updates):
             self._check_updates()
         if config.duration_reset is not None:
             self._check_duration_reset(config.duration_reset)
-        if behavior.buffer.updated("COMMS_POLICY"):
-            behavior.follow_comms_policy(behavior.buffer.text("COMMS_POLICY") or "")
+        if buffer.updated("COMMS_POLICY"):
+            behavior.follow_comms_policy(buffer.text("COMMS_POLICY") or "")
         state, blocked = self._decide(now)
         if self._on_every_state is not None:
             self._call(self._on_every_state)
@@ -167,7 +169,7 @@ class Life:
         if function is None:
             self._raw = None
         self._last_time = now
-        return Outcome(state, function, reused, blocked, seconds)
+        return _new_tuple(Outcome, (state, function, reused, blocked, seconds, False))
 
     def _decide(self, now: float) -> tuple[str, str]:
         """State by helm.md 5.1, and why it is not to run."""
@@ -209,15 +211,16 @@ class Life:
         if starting:
             self._call(behavior.on_idle_to_run)
         behavior.relevance = 1.0
-        began = self._stopwatch()
+        stopwatch = self._stopwatch
+        began = stopwatch()
         raw = self._call(behavior.on_run)
-        seconds = self._stopwatch() - began
+        seconds = stopwatch() - began
         if starting:
             behavior.post_flags(config.runflag)
         if config.runxflag:
             behavior.post_flags(config.runxflag)
         reused = raw is not None and raw is self._raw
-        function = self._weigh(raw)
+        function = self._weigh(raw) if raw is not None else None
         self._raw = raw
         if function is not None:
             if former != "active":
@@ -372,7 +375,7 @@ class Life:
         # What the text is made of, and nothing that has to be worked out: functions are immutable.
         weight = function.weight if function is not None else None
         pieces = function.pieces if function is not None else None
-        key = (state, blocked, weight, pieces, self.updates_good, self.updates_total)
+        key = (state, blocked, weight, pieces, self.updates_total, self.updates_good)
         if key != self._status_key:
             self._status_key = key
             text = f"name={self.name}"

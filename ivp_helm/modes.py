@@ -14,10 +14,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from operator import is_
 
 from ivp_helm.conditions import Condition, ConditionSet, variables_of
 from ivp_helm.info_buffer import InfoBuffer
-from pymoos_lite.config.conditions import Reference, Relation
+from pymoos_lite.config.conditions import Reference, Relation, delta_base
+
+_NEVER = object()
+"""Stands for the values before the first evaluation."""
 
 
 def prefix_of(variable: str, condition: Condition) -> str | None:
@@ -73,6 +77,10 @@ class ModeSet:
         self.assigned: dict[str, str] = {}
         """Values that the last evaluation gave; a variable that nobody assigned keeps its old value
         in the buffer but is not among them."""
+        self._summary = "none"
+        self._names = self.variables()
+        self._ageing = any(delta_base(name) for name in self._names)
+        self._seen: list[object] = [_NEVER]
 
     def variables(self) -> list[str]:
         """Variables that the conditions read."""
@@ -80,6 +88,14 @@ class ModeSet:
 
     def evaluate(self, buffer: InfoBuffer) -> dict[str, str]:
         """Give the mode variables in `buffer` their values of now; returns those assigned, by variable."""
+        get = buffer.values.get
+        seen = [get(name) for name in self._names]
+        # The same values give the same modes, and between two orders they are the same for minutes.
+        if not self._ageing and all(map(is_, seen, self._seen)) and len(seen) == len(self._seen):
+            for variable, mode in self.assigned.items():
+                buffer.assign(variable, mode)
+            return self.assigned
+        self._seen = seen
         assigned: dict[str, str] = {}
         for entry in self._compiled:
             if entry.conditions.first_false(buffer) is None:
@@ -91,11 +107,12 @@ class ModeSet:
             assigned[entry.variable] = value
             buffer.assign(entry.variable, value)
         self.assigned = assigned
+        self._summary = "#".join(f"{name}@{value}" for name, value in sorted(assigned.items())) or "none"
         return assigned
 
     def summary(self) -> str:
         """``MODE@ACTIVE:A#MODEX@B`` sorted by variable, or ``none``: the `modes` of IVPHELM_SUMMARY."""
-        return "#".join(f"{name}@{value}" for name, value in sorted(self.assigned.items())) or "none"
+        return self._summary
 
     def describe(self) -> str:
         """The value of IVPHELM_MODESET (helm.md 10.4): ``MODE#---,ACTIVE#---,INACTIVE#ACTIVE,A1``."""

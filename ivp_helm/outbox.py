@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from ivp_helm.behavior import Post
@@ -40,7 +40,8 @@ class Outbox:
     def __init__(self) -> None:
         self.posts: list[HelmPost] = []
         self.latest: dict[tuple[str, str], LastPost] = {}
-        self._sent: dict[tuple[str, str, str], Value] = {}
+        self._sent: dict[str, dict[tuple[str, str], Value]] = {}
+        """By behaviour: what was sent last, by variable and key."""
         self._changed: dict[str, Value] = {}
         self._cleared = float("-inf")
 
@@ -54,29 +55,35 @@ class Outbox:
             self._changed[variable] = value
             self.posts.append(HelmPost(variable, value, aux))
 
-    def drain(
-        self, posts: Iterable[Post], behavior: str, aux: str, buffer: InfoBuffer, iteration: int
-    ) -> None:
+    def drain(self, posts: Sequence[Post], behavior: str, buffer: InfoBuffer, iteration: int) -> None:
         """A behaviour's posts: into the buffer all of them, out of the helm those that say something new."""
-        sent = self._sent
-        out = self.posts
-        latest = self.latest
-        keep = buffer.set
-        now = buffer.now
-        for variable, value, key, _ in posts:
-            keep(variable, value)
+        sent = self._sent.get(behavior)
+        if sent is None:
+            sent = self._sent[behavior] = {}
+        recall = sent.get
+        fresh = []
+        for post in posts:
+            variable, value, key, _ = post
             if key is not None:
-                memory = (behavior, variable, key)
-                former = sent.get(memory)
+                memory = (variable, key)
+                former = recall(memory)
                 if former == value and type(former) is type(value):
                     continue
                 sent[memory] = value
+            fresh.append(post)
+        buffer.assign_all(posts)
+        if not fresh:
+            return
+        aux = f"{iteration}:{behavior}"
+        now = buffer.now
+        out, latest = self.posts, self.latest
+        for variable, value, _, _ in fresh:
             out.append(_new_tuple(HelmPost, (variable, value, aux)))
             latest[behavior, variable] = _new_tuple(LastPost, (variable, behavior, now, iteration, value))
 
     def forget_behavior(self, behavior: str) -> None:
         """A behaviour is gone; one of the same name starts afresh."""
-        self._sent = {memory: value for memory, value in self._sent.items() if memory[0] != behavior}
+        self._sent.pop(behavior, None)
         self.latest = {memory: post for memory, post in self.latest.items() if memory[0] != behavior}
 
     def forget_all(self, now: float) -> bool:

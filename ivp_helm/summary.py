@@ -6,14 +6,13 @@ The first summary is complete; later ones carry `iter`, `utc_time` and whatever 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from ivp_helm.lifecycle import Life, Outcome
 from pymoos_lite.geometry.text import num, split_protected
 
 
-@dataclass(frozen=True, slots=True)
-class Timing:
+class Timing(NamedTuple):
     """Seconds spent building and solving, this iteration and at most."""
 
     create: float = 0.0
@@ -23,6 +22,8 @@ class Timing:
     max_loop: float = 0.0
 
     def after(self, create: float, solve: float) -> Timing:
+        if (create, solve) == self[:2] and create + solve <= self.max_loop:
+            return self  # in lockstep, where clocks stand still, for ever
         return Timing(
             create,
             solve,
@@ -32,8 +33,7 @@ class Timing:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class Figures:
+class Figures(NamedTuple):
     """What one iteration came to, as far as the summary tells it."""
 
     iteration: int
@@ -152,12 +152,11 @@ class Summary:
         rounds: Sequence[tuple[Life, Outcome]],
         completed: Sequence[tuple[str, float]],
     ) -> None:
-        groups: dict[str, list[tuple[object, ...]]] = {
-            "running": [],
-            "active": [],
-            "disabled": [],
-            "idle": [],
-        }
+        running: list[tuple[object, ...]] = []
+        active: list[tuple[object, ...]] = []
+        disabled: list[tuple[object, ...]] = []
+        idle: list[tuple[object, ...]] = []
+        groups = {"running": running, "active": active, "disabled": disabled, "idle": idle}
         for life, outcome in rounds:
             state = outcome.state
             if state == "active":

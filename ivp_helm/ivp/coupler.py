@@ -7,10 +7,14 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ivp_helm.ivp import kernels
 from ivp_helm.ivp.domain import Domain
 from ivp_helm.ivp.errors import IvPError
 from ivp_helm.ivp.function import IvPFunction
+from ivp_helm.ivp.zaic import Peak, zaic_peak
+from ivp_helm.ivp.zaic_kernels import coupled_peak
 
 
 def couple(
@@ -59,6 +63,52 @@ def couple(
             raise IvPError(f"cannot couple: variable {missing!r} not in domain {domain}")
         h = h.expanded(wanted)
     return h
+
+
+class CoupledPeak:
+    """``couple(zaic_peak(domain, variable, peak, wrap=wrap), second, first_weight, second_weight)`` for one
+    summit after another: the same function, without a step between.
+
+    `peak` gives everything but the summit. Raises `IvPError` for whatever the two refuse.
+    """
+
+    __slots__ = ("_block", "_degree", "_domain", "_fold", "_grid", "_shape", "second")
+
+    def __init__(
+        self,
+        domain: Domain,
+        variable: str,
+        peak: Peak,
+        second: IvPFunction,
+        first_weight: float = 50.0,
+        second_weight: float = 50.0,
+        *,
+        wrap: bool = False,
+    ) -> None:
+        model = couple(
+            zaic_peak(domain, variable, peak, wrap=wrap), second, first_weight, second_weight
+        )  # which checks everything
+        v = domain[variable]
+        drop = min(max(peak.summitdelta, 0.0), peak.maxutil - peak.minutil)
+        widths = (max(peak.peakwidth, 0.0), max(peak.basewidth, 0.0), drop, peak.minutil, peak.maxutil)
+        place = (v.low, v.high, v.delta, v.points, float(wrap))
+        self._shape = np.array((*widths, *place, first_weight, second_weight, 0.0, 100.0))
+        circle = v.high - v.low + v.delta
+        self._fold = (v.low, circle) if wrap and circle > 0 else None
+        self._domain, self._grid, self._degree = model.domain, model.grid, model.degree
+        self.second = second
+        self._block = second._without_overlaps()
+
+    def at(self, summit: float) -> IvPFunction:
+        """The function with the peak at `summit`; raises `IvPError` if that is not finite."""
+        if not math.isfinite(summit):
+            raise IvPError(f"peak over {self._domain.names[0]!r}: summit {summit} is not a finite number")
+        if self._fold is not None:
+            low, circle = self._fold
+            if not low <= summit < low + circle:
+                summit = low + (summit - low) % circle
+        block = coupled_peak(float(summit), self._shape, self._block)
+        return IvPFunction._of_block(self._domain, block, self._grid, self._degree)
 
 
 _joints: dict[tuple[Domain, Domain], Domain] = {}

@@ -38,8 +38,10 @@ class IvPFunction:
     Raises `IvPError` for no pieces, bounds reversed or outside the domain, and numbers not finite.
     """
 
-    __slots__ = ("_address", "_block", "_disjoint", "context", "degree", "domain", "grid", "weight")
+    __slots__ = ("_address", "_block", "_disjoint", "context", "degree", "domain", "grid", "pieces", "weight")
     domain: Domain
+    pieces: int
+    """Number of pieces."""
     degree: int
     grid: tuple[int, ...]
     weight: float
@@ -116,12 +118,14 @@ class IvPFunction:
         self.degree = degree
         self.grid = grid
         self._block = block
-        if int(block[5]) & kernels.OVERLAPS:
+        item = block.item
+        self.pieces = item(0)
+        if item(5) & kernels.OVERLAPS:
             self._disjoint = None
             self._address = 0
         else:
             self._disjoint = block
-            self._address = int(block[2]) - 8 * (8 + len(domain))
+            self._address = item(2) - 8 * (8 + domain._width)
 
     def _without_overlaps(self) -> NDArray[np.int64]:
         """The block of the same function as disjoint pieces, worked out when first asked for."""
@@ -140,6 +144,7 @@ class IvPFunction:
         if block is None:
             new.domain, new.degree, new.grid = self.domain, self.degree, self.grid
             new._block, new._disjoint, new._address = self._block, self._disjoint, self._address
+            new.pieces = self.pieces
         else:
             new._set(self.domain, block, self.degree, self.grid)
         new.weight = self.weight
@@ -147,11 +152,6 @@ class IvPFunction:
         return new
 
     # -- what it holds -------------------------------------------------------------------------------
-
-    @property
-    def pieces(self) -> int:
-        """Number of pieces."""
-        return int(self._block[0])
 
     @property
     def low(self) -> NDArray[np.int32]:

@@ -239,10 +239,16 @@ def decision_domain(domain: Domain, functions: Sequence[IvPFunction]) -> Domain:
     """
     if not functions:
         raise IvPError("no functions, so nothing to decide")
+    whole = False
+    for f in functions:
+        if f.domain is domain:
+            whole = True
+        elif f.domain not in domain._scopes:
+            _scope(domain, f)
+    if whole:
+        return domain
     seen: dict[str, None] = {}
     for f in functions:
-        if f.domain not in domain._scopes:
-            _scope(domain, f)
         seen.update(dict.fromkeys(f.domain.names))
     if len(seen) == len(domain):
         return domain

@@ -8,6 +8,7 @@ that lie side by side are joined.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -19,8 +20,6 @@ from ivp_helm.ivp.domain import Domain
 from ivp_helm.ivp.errors import IvPError
 from ivp_helm.ivp.function import IvPFunction
 from ivp_helm.ivp.reflector import reflect
-
-_spare: list[tuple[NDArray[Any], NDArray[Any], NDArray[Any]]] = []
 
 
 def from_table(
@@ -57,23 +56,55 @@ def from_table(
             domain, _lookup(domain, u), build_info, build=Build(uniform_piece=pieces), normalise=False
         )
         return built.normalised(base, extent) if extent > 0.0 else built
-    width, height = pieces if dims == 2 else (pieces[0], 1)
-    if dims == 1:
-        u = u.reshape(-1, 1)
-    across = -(-u.shape[1] // height)
-    tiles = -(-u.shape[0] // width) * across
-    # Taking the arrays out of the list is atomic, so two threads never share them.
-    bounds, planes, owner = _spare.pop() if _spare else _room(0, 0)
-    if len(bounds) < tiles or len(owner) < across:
-        bounds, planes, owner = _room(tiles, across)
-    count = kernels.tile(u, width, height, bounds, planes, owner)
-    block = kernels.block_of_tiles(bounds, planes, count, dims, float(base), float(extent))
-    _spare.append((bounds, planes, owner))
-    return IvPFunction._of_block(domain, block)
+    tiling = Tiling.of(domain, pieces)
+    samples = np.empty(tiling.size)
+    kernels.sample(u if dims == 2 else u.reshape(-1, 1), *tiling.edges, samples)
+    return tiling.function(samples, base, extent)
 
 
-def _room(tiles: int, across: int) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-    return np.empty((tiles, 4), np.int64), np.empty((tiles, 3)), np.empty(across, np.int64)
+class Tiling:
+    """Equal tiles over a domain of one or two variables, and the few points of it that their planes are made of.
+
+    A utility that is computed point by point need not be computed elsewhere: with tiles of 3 by 3 points,
+    the corners and the centre are five of nine. Get one by `Tiling.of`, which remembers them.
+
+    indexes    where the utility is wanted, as an index array per variable, each shaped (size,)
+    """
+
+    __slots__ = ("_shape", "domain", "edges", "indexes", "size")
+
+    def __init__(self, domain: Domain, pieces: tuple[int, ...]) -> None:
+        dims = len(domain)
+        if len(pieces) != dims or min(pieces) < 1 or dims not in (1, 2):
+            raise IvPError(
+                f"function over {domain}: pieces {pieces}; expected a length of at least 1 for each"
+            )
+        self.domain = domain
+        m, n = domain.points if dims == 2 else (domain.points[0], 1)
+        self.edges = width, height = pieces if dims == 2 else (pieces[0], 1)
+        self.size = 5 * -(-m // width) * -(-n // height)
+        self._shape = (m, n, dims)
+        at = np.empty((2, self.size))
+        for k, grid in enumerate(np.indices((m, n))):
+            kernels.sample(grid.astype(np.float64), width, height, at[k])
+        self.indexes: tuple[NDArray[np.int64], ...] = tuple(at[:dims].astype(np.int64))
+
+    @staticmethod
+    @lru_cache(maxsize=64)
+    def of(domain: Domain, pieces: tuple[int, ...]) -> Tiling:
+        """The tiling with pieces of these edge lengths in points; raises `IvPError` when they do not fit."""
+        return Tiling(domain, pieces)
+
+    def function(self, samples: NDArray[np.float64], base: float = 0.0, extent: float = 100.0) -> IvPFunction:
+        """The function that `from_table` makes of a table with these values at `indexes`, shape (size,).
+
+        Raises `IvPError` for values that are not finite.
+        """
+        m, n, dims = self._shape
+        block = kernels.block_of_samples(samples, m, n, dims, *self.edges, base, extent)
+        if not block[0]:
+            raise IvPError(f"function over {self.domain}: the table holds values that are not finite")
+        return IvPFunction._of_block(self.domain, block)
 
 
 def _lookup(domain: Domain, u: NDArray[np.float64]) -> Any:

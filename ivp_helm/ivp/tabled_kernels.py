@@ -19,20 +19,17 @@ from ivp_helm.ivp.pointers import floats_at, int32s_at
 Array: TypeAlias = NDArray[Any]
 
 
-@njit(cache=True, error_model="numpy")
-def _fit(u: Array, i0: int, i1: int, j0: int, j1: int) -> tuple[float, float, float]:
+@njit(cache=True, error_model="numpy", inline="always")
+def _plane(
+    c00: float, c01: float, c10: float, c11: float, centre: float, i0: int, i1: int, j0: int, j1: int
+) -> tuple[float, float, float]:
     """Slopes per index and value at index (0, 0) of a tile's plane, from its corners and centre."""
-    c00 = u[i0, j0]
-    c01 = u[i0, j1]
-    c10 = u[i1, j0]
-    c11 = u[i1, j1]
     w = i1 - i0
     h = j1 - j0
-    mid_i = i0 + w // 2
-    mid_j = j0 + h // 2
-    centre = u[mid_i, mid_j]
     if c00 == c01 and c00 == c10 and c00 == c11 and (c00 == centre or (w < 2 and h < 2)):
         return 0.0, 0.0, c00
+    mid_i = i0 + w // 2
+    mid_j = j0 + h // 2
     a = 0.5 * ((c10 - c00) + (c11 - c01)) / w if w > 0 else 0.0
     b = 0.5 * ((c01 - c00) + (c11 - c10)) / h if h > 0 else 0.0
     most = max(c00, c01, c10, c11)
@@ -52,25 +49,55 @@ def _fit(u: Array, i0: int, i1: int, j0: int, j1: int) -> tuple[float, float, fl
 
 
 @njit(cache=True, error_model="numpy")
-def tile(u: Array, width: int, height: int, bounds: Array, planes: Array, owner: Array) -> int:
-    """Pieces of a table shaped (m, n) cut into tiles of width rows by height columns; returns how many.
+def sample(u: Array, width: int, height: int, samples: Array) -> None:
+    """The values of a table shaped (m, n) that `tile` wants, in its order."""
+    m, n = u.shape
+    q = 0
+    for i0 in range(0, m, width):
+        i1 = min(i0 + width, m) - 1
+        for i in (i0, i1):
+            for j0 in range(0, n, height):
+                samples[q] = u[i, j0]
+                samples[q + 1] = u[i, min(j0 + height, n) - 1]
+                q += 2
+        for j0 in range(0, n, height):
+            samples[q] = u[i0 + (i1 - i0) // 2, j0 + (min(j0 + height, n) - 1 - j0) // 2]
+            q += 1
 
+
+@njit(cache=True, error_model="numpy")
+def tile(
+    samples: Array, m: int, n: int, width: int, height: int, bounds: Array, planes: Array, owner: Array
+) -> int:
+    """Pieces over m by n points, cut into tiles of width rows by height columns; returns how many, -1 when
+    a value is not finite.
+
+    samples   for each row of tiles: the two corners of each tile along its first row, those along its last
+              row, then the centre of each tile; 5 values a tile
     bounds    (tiles, 4) integers to fill in: low and high index of the first variable, then of the second
     planes    (tiles, 3) floats to fill in: two slopes per index, value at index (0, 0)
     owner     integers, one per tile along the second variable: scratch
     """
-    m, n = u.shape
+    across = owner.size
     count = 0
-    for k in range(owner.size):
+    for k in range(across):
         owner[k] = -1
+    row = 0
     for i0 in range(0, m, width):
         i1 = min(i0 + width, m) - 1
         open_from = -1  # tile at which the newest piece of this row began if it is flat, else -1
         newest = -1
-        k = 0
-        for j0 in range(0, n, height):
+        for k in range(across):
+            j0 = k * height
             j1 = min(j0 + height, n) - 1
-            a, b, c = _fit(u, i0, i1, j0, j1)
+            c00 = samples[row + 2 * k]
+            c01 = samples[row + 2 * k + 1]
+            c10 = samples[row + 2 * (across + k)]
+            c11 = samples[row + 2 * (across + k) + 1]
+            centre = samples[row + 4 * across + k]
+            if not np.isfinite(c00 + c01 + c10 + c11 + centre):
+                return -1
+            a, b, c = _plane(c00, c01, c10, c11, centre, i0, i1, j0, j1)
             flat = a == 0.0 and b == 0.0
             if flat and open_from >= 0 and planes[newest, 2] == c:
                 bounds[newest, 3] = j1
@@ -89,9 +116,9 @@ def tile(u: Array, width: int, height: int, bounds: Array, planes: Array, owner:
                 open_from = k if flat else -1
                 if not flat:
                     owner[k] = -1
-            k += 1
         if open_from >= 0:
-            count = _joined(bounds, planes, owner, open_from, k, newest, count)
+            count = _joined(bounds, planes, owner, open_from, across, newest, count)
+        row += 5 * across
     return count
 
 
@@ -157,3 +184,19 @@ def block_of_tiles(bounds: Array, planes: Array, count: int, dims: int, base: fl
     floats[6] = least
     floats[7] = most
     return block
+
+
+@njit(cache=True, error_model="numpy")
+def block_of_samples(
+    samples: Array, m: int, n: int, dims: int, width: int, height: int, base: float, extent: float
+) -> Array:
+    """The block (kernels.py) of the pieces that `tile` makes; without a piece when a value is not finite."""
+    across = (n + height - 1) // height
+    tiles = (m + width - 1) // width * across
+    bounds = np.empty((tiles, 4), np.int64)
+    planes = np.empty((tiles, 3))
+    owner = np.empty(across, np.int64)
+    count = tile(samples, m, n, width, height, bounds, planes, owner)
+    if count < 0:
+        return new_block(0, dims)
+    return block_of_tiles(bounds, planes, count, dims, base, extent)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ivp_helm.ivp.codec import encode
-from ivp_helm.ivp.coupler import couple
+from ivp_helm.ivp.coupler import CoupledPeak, couple
 from ivp_helm.ivp.domain import Domain
 from ivp_helm.ivp.function import constant
 from ivp_helm.ivp.reflector import reflect
@@ -34,6 +34,7 @@ def warm_up() -> None:
     course = zaic_peak(domain, "course", Peak(270, basewidth=180), wrap=True)
     speed = zaic_spd(domain, "speed", 2, 1, 3, 50, 50)
     zaic_hdg(domain, "course", 90, 20, 20)
+    CoupledPeak(domain, "course", Peak(basewidth=180), speed, wrap=True).at(270.0)
     joint = couple(course, speed).normalised(0, 90).expanded(domain)
     joint.evaluate([[0, 0, 0]])
     plane = domain.subdomain("course,speed")

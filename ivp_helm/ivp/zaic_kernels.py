@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ivp_helm.ivp.kernels import COVERS, new_block
+from ivp_helm.ivp.kernels import COVERS, coupled, new_block
 from ivp_helm.ivp.pointers import floats_at, int32s_at
 
 Array: TypeAlias = NDArray[Any]  # of 64-bit integers or floats, whichever the docstring says
@@ -169,6 +169,24 @@ def peak_block(
     """The block of `peak_curve`."""
     rows, count = pieces_of_curve(peak_curve(peaks, low, high, delta, points, wrap, add, insist))
     return block_of_lines(rows, count, points)
+
+
+@njit(cache=True)
+def coupled_peak(summit: float, shape: Array, second: Array) -> Array:
+    """`kernels.coupled` of one peak and the block `second`.
+
+    `shape` holds what stays the same from summit to summit: peak width, base width, summit delta, least and
+    highest utility; low, high, delta and points of the variable; 1 if it wraps; the two weights; the limits.
+    """
+    peak = np.empty((1, 6))
+    peak[0, SUMMIT] = summit
+    peak[0, PEAKWIDTH] = shape[0]
+    peak[0, BASEWIDTH] = shape[1]
+    peak[0, SUMMITDELTA] = shape[2]
+    peak[0, MINUTIL] = shape[3]
+    peak[0, MAXUTIL] = shape[4]
+    first = peak_block(peak, shape[5], shape[6], shape[7], int(shape[8]), shape[9] > 0.0, False, True)
+    return coupled(first, second, shape[10], shape[11], shape[12], shape[13])
 
 
 @njit(cache=True)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,6 +37,11 @@ def unit_vectors(headings: ArrayLike) -> tuple[Array, Array]:
         east = np.where(quarter, np.rint(east), east)
         north = np.where(quarter, np.rint(north), north)
     return east, north
+
+
+_ASPECT = frozenset(
+    ("os_fore_of_cn", "os_aft_of_cn", "os_port_of_cn", "os_star_of_cn", "gamma", "epsilon", "theta_gamma")
+)
 
 
 class CpaEngine:
@@ -67,6 +73,13 @@ class CpaEngine:
         "range",
         "theta_gamma",
     )
+    os_fore_of_cn: bool
+    os_aft_of_cn: bool
+    os_port_of_cn: bool
+    os_star_of_cn: bool
+    gamma: float
+    epsilon: float
+    theta_gamma: float
 
     def __init__(self, cnx: float, cny: float, cnh: float, cnv: float, osx: float, osy: float) -> None:
         self.cnx, self.cny = cnx, cny
@@ -78,13 +91,26 @@ class CpaEngine:
         self._cvx, self._cvy = self.cnv * ux, self.cnv * uy
         self.range = math.hypot(self._px, self._py)
         self.bng_os_cn = bearing(osx, osy, cnx, cny)
-        around = self.bng_cn_os = bearing(cnx, cny, osx, osy)
-        # What is_fore, is_aft, is_port and is_star answer, from one bearing instead of four: this runs for
-        # every contact of every vessel in every helm iteration.
-        if cnx == osx and cny == osy:
+        self.bng_cn_os = bearing(cnx, cny, osx, osy)
+
+    def __getattr__(self, name: str) -> Any:
+        """Sides, and distances to lines: worked out, all of them, when the first is asked for.
+
+        An engine is made for every contact of every vessel in every helm iteration, and most are only asked
+        for a range and a closest approach.
+        """
+        if name not in _ASPECT:
+            raise AttributeError(f"CpaEngine has no attribute {name!r}")
+        self._look()
+        return getattr(self, name)
+
+    def _look(self) -> None:
+        # What is_fore, is_aft, is_port and is_star answer, from one bearing instead of four.
+        ux, uy = unit_vector(self.cnh)
+        if self.cnx == self.osx and self.cny == self.osy:
             self.os_fore_of_cn = self.os_aft_of_cn = self.os_port_of_cn = self.os_star_of_cn = False
         else:
-            off_bow = angle360(around - self.cnh)
+            off_bow = angle360(self.bng_cn_os - self.cnh)
             self.os_fore_of_cn = off_bow <= 90.0 or off_bow >= 270.0
             self.os_aft_of_cn = 90.0 <= off_bow <= 270.0
             self.os_port_of_cn = off_bow >= 180.0

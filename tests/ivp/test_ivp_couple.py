@@ -8,8 +8,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from ivp_helm.ivp import Domain, IvPError, IvPFunction, Peak, couple, zaic_leq, zaic_peak, zaic_spd
+from ivp_helm.ivp import (
+    CoupledPeak,
+    Domain,
+    IvPError,
+    IvPFunction,
+    Peak,
+    couple,
+    zaic_leq,
+    zaic_peak,
+    zaic_spd,
+)
 
 DATA = Path(__file__).parents[1] / "data" / "ivp"
 CASES = json.loads((DATA / "coupler.json").read_text())["cases"]
@@ -83,3 +95,42 @@ def test_a_wished_order_of_variables_is_kept() -> None:
     h = couple(speed, course, domain=DOMAIN)
     assert h.domain is DOMAIN
     np.testing.assert_allclose(h.table(), couple(course, speed).table(), atol=1e-9)
+
+
+@settings(max_examples=80, deadline=None)
+@given(
+    summit=st.floats(-800, 800),
+    peakwidth=st.sampled_from([0.0, -3.0, 12.5, 90.0]),
+    basewidth=st.sampled_from([0.0, 1.0, 60.0, 180.0]),
+    summitdelta=st.sampled_from([0.0, 25.0, 300.0]),
+    weight=st.floats(1.0, 99.0),
+    wrap=st.booleans(),
+    speed=st.floats(-1.0, 6.0),
+)
+def test_a_coupled_peak_is_the_peak_and_the_coupling_in_one(
+    summit, peakwidth, basewidth, summitdelta, weight, wrap, speed
+):
+    second = zaic_peak(DOMAIN, "speed", Peak(speed, 0.0, 0.5))
+    peak = Peak(summit, peakwidth, basewidth, summitdelta)
+    wanted = couple(zaic_peak(DOMAIN, "course", peak, wrap=wrap), second, weight, 100.0 - weight)
+    maker = CoupledPeak(
+        DOMAIN,
+        "course",
+        Peak(0.0, peakwidth, basewidth, summitdelta),
+        second,
+        weight,
+        100.0 - weight,
+        wrap=wrap,
+    )
+    found = maker.at(summit)
+    assert found.domain is wanted.domain
+    assert np.array_equal(found.low, wanted.low)
+    assert np.array_equal(found.high, wanted.high)
+    assert np.array_equal(found.coefficients, wanted.coefficients)
+    assert (found.minimum, found.maximum, found.grid) == (wanted.minimum, wanted.maximum, wanted.grid)
+
+
+def test_a_coupled_peak_refuses_a_summit_that_is_no_number() -> None:
+    maker = CoupledPeak(DOMAIN, "course", Peak(basewidth=180), zaic_spd(DOMAIN, "speed", 2), wrap=True)
+    with pytest.raises(IvPError, match="not a finite number"):
+        maker.at(float("nan"))

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ivp_helm.ivp import Domain, IvPError, IvPFunction, from_table, reflect
+from ivp_helm.ivp import Domain, IvPError, IvPFunction, Tiling, from_table, reflect
 
 PLANE = Domain.from_entries(["course:0:359:360", "speed:0:4:21"])
 
@@ -108,3 +108,24 @@ def test_three_variables_are_too_many():
     domain = Domain.from_entries(["course:0:359:36", "speed:0:4:5", "depth:0:10:3"])
     with pytest.raises(IvPError, match="shape"):
         from_table(domain, np.zeros(domain.points), (1, 1, 1))
+
+
+@settings(max_examples=60, deadline=None)
+@given(tables())
+def test_a_tiling_makes_the_same_function_of_the_few_values_that_count(case):
+    table, pieces = case
+    domain = domain_of(table)
+    tiling = Tiling.of(domain, pieces)
+    found = tiling.function(table[tiling.indexes], 0.0, 100.0)
+    wanted = from_table(domain, table, pieces)
+    assert np.array_equal(found.low, wanted.low)
+    assert np.array_equal(found.high, wanted.high)
+    assert np.array_equal(found.coefficients, wanted.coefficients)
+
+
+def test_a_tiling_refuses_values_that_are_not_finite():
+    tiling = Tiling.of(PLANE, (3, 3))
+    values = np.zeros(tiling.size)
+    values[17] = np.inf
+    with pytest.raises(IvPError, match="not finite"):
+        tiling.function(values)
