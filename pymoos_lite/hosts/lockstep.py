@@ -7,9 +7,9 @@ are equal in every message.
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from heapq import heapify, heappop, heappush
 from pathlib import Path
 from zlib import crc32
 
@@ -145,13 +145,13 @@ class Lockstep:
         self._order += 1
         if runner.wakes_on_mail:
             community.mail_driven.append((self._order, runner))
-        heapq.heappush(self._queue, (runner.next_deadline(), self._order, community, runner))
+        heappush(self._queue, (runner.next_deadline(), self._order, community, runner))
         return runner
 
     def poke(self, at: float, name: str, value: str | float, community: str = "") -> None:
         """Post `name` = `value` at `at` mission seconds from the start, to one or all communities."""
         self._order += 1
-        heapq.heappush(self._pokes, (self.clock.start + at, self._order, community, name, value))
+        heappush(self._pokes, (self.clock.start + at, self._order, community, name, value))
 
     def end_when(self, over: Callable[[], bool]) -> None:
         """Make `run` stop early once `over()` is true; asked once per mission second."""
@@ -185,21 +185,19 @@ class Lockstep:
                 continue
             if when >= end or not queue:
                 break
-            if when > clock.now():
-                clock.advance_to(when)
             now = clock.now()
-            _, order, community, runner = heapq.heappop(queue)
+            if when > now:
+                clock.advance_to(when)
+                now = when
+            _, order, community, runner = heappop(queue)
             # A mail-driven app may have moved its own deadline since it was queued.
-            if runner.next_deadline() > when and not (
-                runner.wakes_on_mail and runner.app.connection.has_mail()
-            ):
-                heapq.heappush(queue, (runner.next_deadline(), order, community, runner))
+            if runner.wakes_on_mail and runner.next_deadline() > when and not runner.app.connection.mail:
+                heappush(queue, (runner.next_deadline(), order, community, runner))
                 continue
-            database = community.database
-            if database.next_deadline() <= now:
-                database.tick(now)
+            community.database.tick(now)
             if self._step(community, runner, now):
-                heapq.heappush(queue, (runner.next_deadline(), order, community, runner))
+                due = runner.next_deadline() if runner.wakes_on_mail else runner.next_iteration
+                heappush(queue, (due, order, community, runner))
             if community.mail_driven:
                 self._serve_mail_driven(community, now)
             if now >= next_progress:
@@ -232,7 +230,7 @@ class Lockstep:
         community = self.communities.pop(name)
         gone = set(map(id, community.runners))
         self._queue[:] = [entry for entry in self._queue if id(entry[3]) not in gone]
-        heapq.heapify(self._queue)
+        heapify(self._queue)
         for runner in community.runners:
             self._running.pop((name, runner.name), None)
         self.network.close_community(name)
@@ -264,7 +262,7 @@ class Lockstep:
         for _ in range(100):
             idle = True
             for _, runner in community.mail_driven:
-                if runner.app.connection.has_mail() and runner.mail_due(now):
+                if runner.app.connection.mail and runner.mail_due(now):
                     idle = False
                     if not self._step(community, runner, now):
                         self._unqueue(runner)
@@ -273,7 +271,7 @@ class Lockstep:
 
     def _unqueue(self, runner: AppRunner) -> None:
         self._queue[:] = [entry for entry in self._queue if entry[3] is not runner]
-        heapq.heapify(self._queue)
+        heapify(self._queue)
 
     def _deliver(self) -> None:
         """Hand over the next datagram, and let the app it is for take it at once."""
@@ -290,7 +288,7 @@ class Lockstep:
             self._serve_mail_driven(community, now)
 
     def _release_pokes(self, now: float) -> None:
-        when, _, target, name, value = heapq.heappop(self._pokes)
+        when, _, target, name, value = heappop(self._pokes)
         when = max(when, self.clock.now())
         self.clock.advance_to(when)
         for community in self.communities.values():
