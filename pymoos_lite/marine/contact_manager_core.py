@@ -116,7 +116,7 @@ class ContactManagerCore:
             self.tracked[contact.name] = Tracked()
             self._new.append(contact.name)
         self._filtered.pop(contact.name, None)
-        self.ledger.receive(report, now)
+        self.ledger.take(contact)
 
     def request_alert(self, text: str) -> Alert:
         """Take an alert of the configuration or a BCM_ALERT_REQUEST; raises ValueError saying what is wrong."""
