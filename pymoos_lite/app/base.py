@@ -225,6 +225,14 @@ class App:
             _new_tuple(Message, (name, value, stamp, self.name, aux, self.community))
         )
 
+    def notify_numbers(self, posts: Iterable[tuple[str, float]]) -> None:
+        """Post several (name, float) of this step at once: `notify` for those who post many, often."""
+        now, source, community = self.now, self.name, self.community
+        publish = self.connection.publish
+        for name, value in posts:
+            number = value if type(value) is float else float(value)
+            publish(_new_tuple(Message, (name, number, now, source, "", community)))
+
     def post(self, message: Message) -> bool:
         """Post a message as it is (bridges keep source and community)."""
         return self.connection.publish(message)

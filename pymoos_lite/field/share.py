@@ -170,6 +170,7 @@ class ShareApp(App):
         network = self.context.network
         self._by_reference = network is not None and network.by_reference and self._key is None
         self._budget: int = config.datagram_bytes
+        self._longest: int = config.max_message_bytes
         self.inbox = Inbox(self._key, config.max_message_bytes, freshness=60.0 * self.clock.warp)
         self._allowed = tuple(p for p in "".join(config.allow_from.split()).split("&") if p)
         self._command = f"{self.name.upper()}_CMD"
@@ -205,18 +206,20 @@ class ShareApp(App):
     # --- out ---------------------------------------------------------------------------------
 
     def on_mail(self, mail: list[Message]) -> None:
+        command, latest, find, now = self._command, self._latest, self.table.find, self.now
         for message in mail:
-            if message.name == self._command:
+            name = message[0]
+            if name == command:
                 self._obey(message)
             else:
-                self._latest[message.name] = message
-                for output in self.table.find(message, self.now):
+                latest[name] = message
+                for output in find(message, now):
                     self._send(output, message)
         self._flush()
 
     def _send(self, output: Output, message: Message) -> None:
         now = self.now
-        if not output.wants(now):
+        if output.limited and not output.wants(now):
             output.skipped += 1
             return
         destination = self.destinations[output.share.to]
@@ -228,16 +231,18 @@ class ShareApp(App):
             if community != self.community and (destination.address, community) in self._heard:
                 self.drops.echoed += 1
                 return
-        if output.name != message.name:
-            message = message._replace(name=output.name)
+        if output.name != message[0]:
+            message = Message(output.name, *message[1:])
         size = message_size(message)
-        if size > self.config.max_message_bytes:
+        if size > self._longest:
             self.drops.oversized += 1
             self.run_warning(f"{message.name} of {size} bytes is longer than max_message_bytes: not shared")
             return
         output.sent(now)
-        for payload in destination.outbox.add(message, size, now):
-            self._dispatch(destination, payload)
+        full = destination.outbox.add(message, size, now)
+        if full:
+            for payload in full:
+                self._dispatch(destination, payload)
 
     def _flush(self) -> None:
         for destination in self.destinations.values():

@@ -40,7 +40,9 @@ class Community:
     name: str
     database: Database
     runners: list[AppRunner] = field(default_factory=list)
-    mail_driven: list[tuple[int, AppRunner]] = field(default_factory=list)
+    mail_driven: list[AppRunner] = field(default_factory=list)
+    mailboxes: list[list[Message]] = field(default_factory=list)
+    """Those of the `mail_driven`, to see at a glance whether any of them has to be served."""
 
     def app(self, name: str) -> App:
         """The running app of that name.
@@ -144,7 +146,8 @@ class Lockstep:
         self._running[community.name, runner.name] = (community, runner)
         self._order += 1
         if runner.wakes_on_mail:
-            community.mail_driven.append((self._order, runner))
+            community.mail_driven.append(runner)
+            community.mailboxes.append(context.connection.mail)
         heappush(self._queue, (runner.next_deadline(), self._order, community, runner))
         return runner
 
@@ -198,7 +201,7 @@ class Lockstep:
             if self._step(community, runner, now):
                 due = runner.next_deadline() if runner.wakes_on_mail else runner.next_iteration
                 heappush(queue, (due, order, community, runner))
-            if community.mail_driven:
+            if any(community.mailboxes):
                 self._serve_mail_driven(community, now)
             if now >= next_progress:
                 next_progress = now + 1.0
@@ -261,7 +264,7 @@ class Lockstep:
         # Bounded, so that two apps that answer each other's mail cannot stop time.
         for _ in range(100):
             idle = True
-            for _, runner in community.mail_driven:
+            for runner in community.mail_driven:
                 if runner.app.connection.mail and runner.mail_due(now):
                     idle = False
                     if not self._step(community, runner, now):
@@ -284,7 +287,7 @@ class Lockstep:
         community, runner = found
         if not self._step(community, runner, now):
             self._unqueue(runner)
-        if community.mail_driven:
+        if any(community.mailboxes):
             self._serve_mail_driven(community, now)
 
     def _release_pokes(self, now: float) -> None:
@@ -295,7 +298,7 @@ class Lockstep:
             if target in ("", community.name):
                 message = Message(name, value, when, "pymoos_poke", "", community.name)
                 community.database.publish("pymoos_poke", message, when)
-                if community.mail_driven:
+                if any(community.mailboxes):
                     self._serve_mail_driven(community, when)
 
     def _finish(self, community: Community, runner: AppRunner, now: float) -> None:
@@ -308,7 +311,8 @@ class Lockstep:
     def _remove(self, community: Community, runner: AppRunner) -> None:
         if runner in community.runners:
             community.runners.remove(runner)
-        community.mail_driven = [(o, r) for o, r in community.mail_driven if r is not runner]
+        community.mail_driven = [r for r in community.mail_driven if r is not runner]
+        community.mailboxes = [r.app.connection.mail for r in community.mail_driven]
         self._running.pop((community.name, runner.name), None)
         runner.app.close_ports()
         runner.app.connection.close("quit")

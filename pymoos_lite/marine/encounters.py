@@ -118,9 +118,8 @@ class ApproachMonitor:
         begin = max(first[0].time, second[0].time, self._upto)
         if until < begin or until <= self._upto:
             return
-        moments = sorted(
-            {begin, until} | {f.time for track in self._tracks for f in track if begin < f.time < until}
-        )
+        between = [f.time for track in self._tracks for f in track if begin < f.time < until]
+        moments = sorted({begin, until, *between}) if between else sorted({begin, until})
         before: tuple[Fix, Fix] | None = None
         for moment in moments:
             pair = _at(first, moment), _at(second, moment)

@@ -12,7 +12,9 @@ from pymoos_lite.geometry.geodesy import Geodesy, GeodesyError
 
 CROSS_FILL_POLICIES = ("literal", "fill-empty", "use-latest", "global", "global-terse", "local")
 
-_NUMBERS = {
+_XY = ("x", "y")
+_LATLON = ("lat", "lon")
+NAV_NUMBERS = {
     "X": "x",
     "Y": "y",
     "LAT": "lat",
@@ -23,7 +25,8 @@ _NUMBERS = {
     "ALTITUDE": "altitude",
     "TRANSP": "transparency",
 }
-NAV_SUFFIXES = (*_NUMBERS, "YAW", "TRAJECTORY")
+"""Attribute by what follows the prefix in the name of a navigation variable."""
+NAV_SUFFIXES = (*NAV_NUMBERS, "YAW", "TRAJECTORY")
 """What follows the prefix in the names of navigation variables."""
 
 
@@ -51,14 +54,17 @@ class OwnshipState:
 
     def hear(self, suffix: str, value: float, now: float) -> None:
         """Take one number, named by what follows the prefix (``X`` of ``NAV_X``); yaw is not used."""
-        attribute = _NUMBERS.get(suffix)
-        if attribute is None:
-            return
+        attribute = NAV_NUMBERS.get(suffix)
+        if attribute is not None:
+            self.keep(attribute, value, now)
+
+    def keep(self, attribute: str, value: float, now: float) -> None:
+        """Take one number, named by its attribute here."""
         setattr(self, attribute, value)
         self.heard_at = now
-        if suffix in ("X", "Y"):
+        if attribute in _XY:
             self.xy_at = now
-        elif suffix in ("LAT", "LONG"):
+        elif attribute in _LATLON:
             self.latlon_at = now
 
     @property

@@ -110,8 +110,13 @@ def entry_printer(start: float, style: AlogStyle) -> Callable[[Message], str]:
             source += f"@{message.community}"
         return f"{_word(source):<15}"
 
+    stamped, stamp = start, f"{0.0:<15.5f}"
+
     def print_entry(message: Message) -> str:
+        nonlocal stamped, stamp
         name, value, time, source, aux, _ = message
+        if time != stamped:  # an app posts several variables in one step
+            stamped, stamp = time, f"{time - start:<15.5f}"
         column = names.get(name)
         if column is None:
             column = names[name] = f"{_word(name):<20}"
@@ -124,7 +129,7 @@ def entry_printer(start: float, style: AlogStyle) -> Callable[[Message], str]:
             text = number % value
         else:
             text = text_mark + one_line(str(value))
-        return f"{time - start:<15.5f} {column} {origin} {text} \n"
+        return f"{stamp} {column} {origin} {text} \n"
 
     return print_entry
 
