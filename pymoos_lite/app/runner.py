@@ -116,9 +116,10 @@ class AppRunner:
         app = self.app
         app.now = now
         connection = app.connection
-        if connection.connected is not self._was_connected:
-            self._was_connected = connection.connected
-            if self._was_connected:
+        connected = connection.connected
+        if connected is not self._was_connected:
+            self._was_connected = connected
+            if connected:
                 self._on_connect()
         due = iterates = now >= self.next_iteration
         if connection.mail and (due or self.mail_due(now)):
@@ -131,16 +132,27 @@ class AppRunner:
         if connection.notices:
             for notice in connection.take_notices():
                 app.run_warning(notice)
-        if iterates:
-            if self._was_connected:
-                self._iterate(now)
-            # Counted from an anchor, so that ticks neither drift nor pile up rounding; an overrun
-            # is not caught up (community.md 7.2).
-            self._ticks += 1
-            self.next_iteration = self._anchor + self._ticks * self.period
-            if self.next_iteration <= now or self.mode == 1:
-                self._anchor, self._ticks = now, 1
-                self.next_iteration = now + self.period
+        if not iterates:
+            return
+        if connected:
+            app.iteration += 1
+            if now < self._load_until:
+                self._iterate_measured(now)
+            else:
+                app.iterate()
+            self._last_iteration = now
+            if now >= self._next_status:
+                self._next_status = now + STATUS_PERIOD
+                app.notify(f"{app.name.upper()}_STATUS", self._status(now))
+            if self._requests or app.iteration <= 2 or app.log.fresh_config_warning:
+                self._report(now)
+        # Counted from an anchor, so that ticks neither drift nor pile up rounding; an overrun
+        # is not caught up (community.md 7.2).
+        self._ticks = ticks = self._ticks + 1
+        self.next_iteration = following = self._anchor + ticks * self.period
+        if following <= now or self.mode == 1:
+            self._anchor, self._ticks = now, 1
+            self.next_iteration = now + self.period
 
     def finish(self, now: float) -> None:
         """End the app in an orderly way."""
@@ -187,25 +199,17 @@ class AppRunner:
                 kept.append(message)
         return kept
 
-    def _iterate(self, now: float) -> None:
+    def _iterate_measured(self, now: float) -> None:
+        """Iterate, and tell who asked (LOADCAST_REQ) how long it took and how long ago the last time was."""
         app = self.app
-        app.iteration += 1
-        loaded = now < self._load_until
-        began = app.clock.now() if loaded else now
+        began = app.clock.now()
         app.iterate()
-        if loaded:
-            length = (app.clock.now() - began) * app.tick_rate
-            gap = (now - self._last_iteration) * app.tick_rate
-            upper = app.name.upper()
-            if app.iteration > 1:
-                app.notify(f"{upper}_ITER_GAP", gap)
-            app.notify(f"{upper}_ITER_LEN", length)
-        self._last_iteration = now
-        if now >= self._next_status:
-            self._next_status = now + STATUS_PERIOD
-            app.notify(f"{app.name.upper()}_STATUS", self._status(now))
-        if self._requests or app.iteration <= 2 or app.log.fresh_config_warning:
-            self._report(now)
+        length = (app.clock.now() - began) * app.tick_rate
+        gap = (now - self._last_iteration) * app.tick_rate
+        upper = app.name.upper()
+        if app.iteration > 1:
+            app.notify(f"{upper}_ITER_GAP", gap)
+        app.notify(f"{upper}_ITER_LEN", length)
 
     def _status(self, now: float) -> str:
         memory, peak = self.meter.memory_kb()

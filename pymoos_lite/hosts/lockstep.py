@@ -198,7 +198,11 @@ class Lockstep:
                 heappush(queue, (runner.next_deadline(), order, community, runner))
                 continue
             community.database.tick(now)
-            if self._step(community, runner, now):
+            try:
+                runner.step(now)
+            except Exception as error:
+                self._ended(community, runner, error, now)
+            else:
                 due = runner.next_deadline() if runner.wakes_on_mail else runner.next_iteration
                 heappush(queue, (due, order, community, runner))
             if any(community.mailboxes):
@@ -251,14 +255,18 @@ class Lockstep:
     def _step(self, community: Community, runner: AppRunner, now: float) -> bool:
         try:
             runner.step(now)
-        except Quit:
-            self._finish(community, runner, now)
-            return False
         except Exception as error:
-            self._failed(community, runner.name, error, "iteration")
-            self._remove(community, runner)
+            self._ended(community, runner, error, now)
             return False
         return True
+
+    def _ended(self, community: Community, runner: AppRunner, error: Exception, now: float) -> None:
+        """An app's step raised `error`: it is done, or has failed."""
+        if isinstance(error, Quit):
+            self._finish(community, runner, now)
+        else:
+            self._failed(community, runner.name, error, "iteration")
+            self._remove(community, runner)
 
     def _serve_mail_driven(self, community: Community, now: float) -> None:
         # Bounded, so that two apps that answer each other's mail cannot stop time.
