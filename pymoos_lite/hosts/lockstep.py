@@ -178,6 +178,7 @@ class Lockstep:
         next_progress = clock.now()
         pokes = self._pokes
         in_flight = self.network.in_flight
+        time, advance_to = clock.now, clock.advance_to
         while not self.finished:
             when = queue[0][0] if queue else end
             if pokes and pokes[0][0] <= when and pokes[0][0] < end:
@@ -188,9 +189,9 @@ class Lockstep:
                 continue
             if when >= end or not queue:
                 break
-            now = clock.now()
+            now = time()
             if when > now:
-                clock.advance_to(when)
+                advance_to(when)
                 now = when
             _, order, community, runner = heappop(queue)
             # A mail-driven app may have moved its own deadline since it was queued.

@@ -71,7 +71,9 @@ class ContactManagerCore:
 
     def __init__(self, ownship: str, geodesy: Geodesy | None, parameters: ContactManagerParameters) -> None:
         self.ownship = ownship
+        self._ownship = ownship.lower()
         self.parameters = parameters
+        self._takes_all = parameters.filter.says_nothing
         start, end = parameters.decay
         self._policy = Extrapolation(ExtrapolationMode.HEADING, 0.0, start, end)
         self.ledger = ContactLedger(geodesy, capacity=2 * parameters.max_contacts + 1)
@@ -98,24 +100,29 @@ class ContactManagerCore:
             ValueError: it cannot be used; the text says why.
         """
         report = NodeReport.parse(text)
-        if report.name.lower() == self.ownship.lower() and report.name:
+        name = report.name
+        if name.lower() == self._ownship and name:
             return
         contact = self.ledger.examine(report, now)
-        told = contact.report
+        known = name in self.tracked
         # The filter sees the local position even of a report that gives latitude and longitude only.
-        if not self.parameters.filter.passes(contact.name, told.group, told.type, contact.x, contact.y):
-            if contact.name in self.tracked:
-                self._filtered[contact.name] = None
+        if not (
+            self._takes_all
+            or self.parameters.filter.passes(name, report.group, report.type, contact.x, contact.y)
+        ):
+            if known:
+                self._filtered[name] = None
             return
-        if contact.name not in self.tracked:
+        if not known:
             away = math.hypot(contact.x - (self.own_x or 0.0), contact.y - (self.own_y or 0.0))
             if self._beyond_reach(away, 1.0):
                 return
             if len(self.tracked) >= 2 * self.parameters.max_contacts:  # more is a flood, not traffic
                 raise ValueError(f"more than {2 * self.parameters.max_contacts} contacts at once")
-            self.tracked[contact.name] = Tracked()
-            self._new.append(contact.name)
-        self._filtered.pop(contact.name, None)
+            self.tracked[name] = Tracked()
+            self._new.append(name)
+        if self._filtered:
+            self._filtered.pop(name, None)
         self.ledger.take(contact)
 
     def request_alert(self, text: str) -> Alert:
@@ -337,7 +344,13 @@ class ContactManagerCore:
     def _summarise(self, now: float, posts: list[Post]) -> None:
         p = self.parameters
         names = sorted(self.tracked)
-        pairs = [(name.lower(), alert) for name in names for alert in sorted(self.tracked[name].alerts)]
+        tracked = self.tracked
+        pairs = [
+            (name.lower(), alert)
+            for name in names
+            if tracked[name].alerts
+            for alert in sorted(tracked[name].alerts)
+        ]
         self._say(posts, "CONTACTS_LIST", ",".join(names))
         self._say(posts, "CONTACTS_ALERTED", "".join(f"({name},{alert})" for name, alert in pairs))
         self._say(posts, "CONTACTS_COUNT", float(len(pairs)))
@@ -362,7 +375,7 @@ class ContactManagerCore:
         if not self.tracked:
             self._say(posts, "CONTACT_CLOSEST", "")
             return
-        name = min(self.tracked, key=lambda each: (self.tracked[each].range_extrapolated, each))
+        name = min([(each.range_extrapolated, name) for name, each in self.tracked.items()])[1]
         if self._said.get("CONTACT_CLOSEST") != name:
             self._say(posts, "CONTACT_CLOSEST", name)
             posts.append(("CONTACT_CLOSEST_TIME", now))

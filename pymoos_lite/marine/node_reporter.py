@@ -13,7 +13,13 @@ from pymoos_lite.marine.datum import mission_geodesy
 from pymoos_lite.marine.helm_status import HelmStatus
 from pymoos_lite.marine.mail_values import MAX_MAGNITUDE, Handler, dispatch, on_number, on_truth
 from pymoos_lite.marine.node_reporter_config import NODE_REPORTER_DECLARATION
-from pymoos_lite.marine.ownship_state import NAV_NUMBERS, NAV_SUFFIXES, OwnshipState, default_length
+from pymoos_lite.marine.ownship_state import (
+    NAV_NUMBERS,
+    NAV_SUFFIXES,
+    STAMPS,
+    OwnshipState,
+    default_length,
+)
 from pymoos_lite.marine.platform_report import PlatformReport
 from pymoos_lite.marine.riders import Rider, RiderSet
 from pymoos_lite.records.csp import clip, fields, num, parse_bool
@@ -148,13 +154,17 @@ class NodeReporter(App):
         attribute = NAV_NUMBERS.get(suffix)
         if attribute is None:
             return on_number(self, lambda value: None)  # registered for, and not used
-        keep, known = nav.keep, attribute
-        warn = on_number(self, lambda value: keep(known, value, self.now))
+        known = attribute
+        stamp = STAMPS.get(known, "heard_at")
+        warn = on_number(self, lambda value: nav.hear(suffix, value, self.now))
 
         def handle(message: Message) -> None:
             value = message[1]
             if type(value) is float and -MAX_MAGNITUDE <= value <= MAX_MAGNITUDE:
-                keep(known, value, self.now)
+                # As `nav.hear`, without asking each time which quantity this is.
+                setattr(nav, known, value)
+                nav.heard_at = now = self.now
+                setattr(nav, stamp, now)
             else:
                 warn(message)
 

@@ -12,8 +12,6 @@ from pymoos_lite.geometry.geodesy import Geodesy, GeodesyError
 
 CROSS_FILL_POLICIES = ("literal", "fill-empty", "use-latest", "global", "global-terse", "local")
 
-_XY = ("x", "y")
-_LATLON = ("lat", "lon")
 NAV_NUMBERS = {
     "X": "x",
     "Y": "y",
@@ -26,6 +24,8 @@ NAV_NUMBERS = {
     "TRANSP": "transparency",
 }
 """Attribute by what follows the prefix in the name of a navigation variable."""
+STAMPS = {"x": "xy_at", "y": "xy_at", "lat": "latlon_at", "lon": "latlon_at"}
+"""Attribute of the time of a position's last update."""
 NAV_SUFFIXES = (*NAV_NUMBERS, "YAW", "TRAJECTORY")
 """What follows the prefix in the names of navigation variables."""
 
@@ -55,17 +55,11 @@ class OwnshipState:
     def hear(self, suffix: str, value: float, now: float) -> None:
         """Take one number, named by what follows the prefix (``X`` of ``NAV_X``); yaw is not used."""
         attribute = NAV_NUMBERS.get(suffix)
-        if attribute is not None:
-            self.keep(attribute, value, now)
-
-    def keep(self, attribute: str, value: float, now: float) -> None:
-        """Take one number, named by its attribute here."""
+        if attribute is None:
+            return
         setattr(self, attribute, value)
         self.heard_at = now
-        if attribute in _XY:
-            self.xy_at = now
-        elif attribute in _LATLON:
-            self.latlon_at = now
+        setattr(self, STAMPS.get(attribute, "heard_at"), now)
 
     @property
     def has_xy(self) -> bool:
