@@ -255,7 +255,8 @@ class OutputTable:
 
     def __init__(self) -> None:
         self._by_variable: dict[str, list[Output]] = {}
-        self._plain: set[str] = set()
+        self.plain: set[str] = set()
+        """Variables shared by a route of their own: they are not taken in (the loop guard)."""
         self._wild: dict[tuple[str, str | None, Endpoint], tuple[Share, float]] = {}
 
     def add(self, share: Share, now: float) -> Output | None:
@@ -271,7 +272,7 @@ class OutputTable:
         outputs = self._by_variable.setdefault(share.source, [])
         outputs[:] = [o for o in outputs if o.wild or o.share.identity != share.identity]
         outputs.append(output)
-        self._plain.add(share.source)
+        self.plain.add(share.source)
         return output
 
     def remove(self, share: Share) -> int:
@@ -283,7 +284,7 @@ class OutputTable:
             ended += len(outputs) - len(kept)
             outputs[:] = kept
             if not any(not o.wild for o in kept):
-                self._plain.discard(name)
+                self.plain.discard(name)
             if not kept:
                 del self._by_variable[name]
         return ended
@@ -297,8 +298,8 @@ class OutputTable:
         )
 
     def is_plain(self, name: str) -> bool:
-        """Whether `name` is shared by a route of its own: then it is not taken in (the loop guard)."""
-        return name in self._plain
+        """Whether `name` is in `plain`."""
+        return name in self.plain
 
     @property
     def has_wildcards(self) -> bool:
@@ -308,7 +309,7 @@ class OutputTable:
         """The outputs of a message; a wildcard that covers it for the first time makes one."""
         name = message.name
         outputs = self._by_variable.get(name)
-        if name in self._plain or not self._wild:
+        if name in self.plain or not self._wild:
             return outputs or []
         found = []
         for share, _ in self._wild.values():
