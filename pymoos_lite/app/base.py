@@ -44,7 +44,7 @@ class Connection(Protocol):
 
     @property
     def mail(self) -> list[Message]:
-        """Mail that waits, to look at: `take_mail` takes it."""
+        """Mail that waits, in order of arrival; whoever takes it clears the list."""
         ...
 
     @property

@@ -122,9 +122,17 @@ class AppRunner:
             if connected:
                 self._on_connect()
         due = iterates = now >= self.next_iteration
-        if connection.mail and (due or self.mail_due(now)):
+        waiting = connection.mail
+        if waiting and (due or self.mail_due(now)):
             iterates = due or self.mode == 1
-            self._deliver(connection.take_mail())
+            mail = waiting.copy()
+            waiting.clear()
+            if not self._special.isdisjoint(map(_name_of, mail)):
+                mail = self._take_special(mail)
+            if mail:
+                if self._sort:
+                    mail.sort(key=_time_of)
+                app.on_mail(mail)
         if app.ports:
             for port in tuple(app.ports):  # the app may open or close some on the way
                 if port.has_data:
@@ -171,16 +179,6 @@ class AppRunner:
         if self._command:
             app.register(self._command)
         app.on_connect()
-
-    def _deliver(self, mail: list[Message]) -> None:
-        app = self.app
-        if not self._special.isdisjoint([message[0] for message in mail]):
-            mail = self._take_special(mail)
-            if not mail:
-                return
-        if self._sort and len(mail) > 1:
-            mail.sort(key=_time_of)
-        app.on_mail(mail)
 
     def _take_special(self, mail: list[Message]) -> list[Message]:
         """Act on requests and commands; returns the mail that is the app's own."""
@@ -295,4 +293,5 @@ class AppRunner:
         )
 
 
-_time_of = itemgetter(2)  # Message.time
+_name_of = itemgetter(0)
+_time_of = itemgetter(2)

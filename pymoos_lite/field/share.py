@@ -207,15 +207,16 @@ class ShareApp(App):
     # --- out ---------------------------------------------------------------------------------
 
     def on_mail(self, mail: list[Message]) -> None:
-        command, latest, find, now = self._command, self._latest, self.table.find, self.now
+        command, latest, table, send, now = self._command, self._latest, self.table, self._send, self.now
         for message in mail:
             name = message[0]
             if name == command:
                 self._obey(message)
             else:
                 latest[name] = message
-                for output in find(message, now):
-                    self._send(output, message)
+                found = table.find(message, now) if table.has_wildcards else table.by_variable.get(name, ())
+                for output in found:
+                    send(output, message)
         self._flush()
 
     def _send(self, output: Output, message: Message) -> None:
@@ -288,34 +289,40 @@ class ShareApp(App):
             if self._allowed and not any(matches(p, sender[0]) for p in self._allowed):
                 self.drops.strangers += 1
                 continue
-            for message in self.inbox.take(payload, sender, self.now, wall):
-                self._take(message, sender, entry)
+            self._take(self.inbox.take(payload, sender, self.now, wall), sender, entry)
 
-    def _take(self, message: Message, sender: Address, entry: Input | None) -> None:
-        name = message.name
-        if entry is not None and entry.white_list and not entry.lets_in(name):
-            entry.filtered += 1
-            if name.startswith(_VITAL):
-                self.run_warning(
-                    f"the white list of input {entry.at} keeps out {name}: vehicles and shoreside "
-                    "cannot find each other"
-                )
-            return
-        table = self.table
-        if name in table.plain:
-            self.drops.looped += 1
-            self.run_warning(f"{name} came in and is shared out under the same name: not posted")
-            return
-        if table.has_wildcards and message.community:
-            key = (sender, message.community)
-            if key not in self._heard:
-                self._heard[key] = None
-                if len(self._heard) > MAX_HEARD:
-                    self._heard.popitem(last=False)
+    def _take(self, messages: list[Message], sender: Address, entry: Input | None) -> None:
+        """Post what one sender sent, as far as it is welcome."""
+        plain, wild, publish = self.table.plain, self.table.has_wildcards, self.connection.publish
+        taken = 0
+        for message in messages:
+            name = message[0]
+            if entry is not None and entry.white_list and not entry.lets_in(name):
+                entry.filtered += 1
+                if name.startswith(_VITAL):
+                    self.run_warning(
+                        f"the white list of input {entry.at} keeps out {name}: vehicles and shoreside "
+                        "cannot find each other"
+                    )
+            elif name in plain:
+                self.drops.looped += 1
+                self.run_warning(f"{name} came in and is shared out under the same name: not posted")
+            else:
+                if wild and message.community:
+                    self._hear(sender, message.community)
+                taken += 1
+                if not publish(message):
+                    self.drops.refused += 1
         if entry is not None:
-            entry.taken += 1
-        if not self.connection.publish(message):
-            self.drops.refused += 1
+            entry.taken += taken
+
+    def _hear(self, sender: Address, community: str) -> None:
+        """Remember that `sender` passes on what `community` says: it is not sent back there."""
+        key = (sender, community)
+        if key not in self._heard:
+            self._heard[key] = None
+            if len(self._heard) > MAX_HEARD:
+                self._heard.popitem(last=False)
 
     # --- commands ----------------------------------------------------------------------------
 
