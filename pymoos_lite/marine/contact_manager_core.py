@@ -159,7 +159,8 @@ class ContactManagerCore:
             contact = find(name)
             assert contact is not None
             tracked.range_actual = hypot(contact.x - own_x, contact.y - own_y)
-            tracked.x, tracked.y = x, y = contact.position(now, policy)
+            x, y = contact.position(now, policy)
+            tracked.x, tracked.y = x, y
             dx, dy = x - own_x, y - own_y
             tracked.range_extrapolated = reach = hypot(dx, dy)
             speed, rad = contact.speed, radians(contact.heading)

@@ -126,11 +126,13 @@ class Contact:
 
     def position(self, now: float, policy: Extrapolation) -> tuple[float, float]:
         """Where the contact should be at `now`."""
-        elapsed = now - self.time
-        if policy.mode is ExtrapolationMode.OFF or elapsed < -_BACKWARD or abs(self.speed) < policy.thresh:
+        elapsed, mode, speed = now - self.time, policy.mode, self.speed
+        if mode is ExtrapolationMode.OFF or elapsed < -_BACKWARD or abs(speed) < policy.thresh:
             return self.x, self.y
-        run = policy.distance(self.speed, max(0.0, elapsed))
-        east, north = unit_vector(self.heading if policy.mode is ExtrapolationMode.HEADING else self.cog)
+        if elapsed < 0.0:
+            elapsed = 0.0
+        run = speed * elapsed if elapsed <= policy.decay_start else policy.distance(speed, elapsed)
+        east, north = unit_vector(self.heading if mode is ExtrapolationMode.HEADING else self.cog)
         return self.x + run * east, self.y + run * north
 
 
