@@ -56,6 +56,10 @@ class Connection(Protocol):
         """Post; False when it was refused (the app is told of the reason in `take_notices`)."""
         ...
 
+    def publish_numbers(self, posts: Iterable[tuple[str, float]], now: float, source: str, /) -> None:
+        """Post several (name, number) of time `now` by `source`; refusals as in `publish`."""
+        ...
+
     def register(self, pattern: str, source: str, interval: float, omit: tuple[str, ...]) -> None: ...
 
     def unregister(self, pattern: str) -> None: ...
@@ -227,11 +231,7 @@ class App:
 
     def notify_numbers(self, posts: Iterable[tuple[str, float]]) -> None:
         """Post several (name, float) of this step at once: `notify` for those who post many, often."""
-        now, source, community = self.now, self.name, self.community
-        publish = self.connection.publish
-        for name, value in posts:
-            number = value if type(value) is float else float(value)
-            publish(_new_tuple(Message, (name, number, now, source, "", community)))
+        self.connection.publish_numbers(posts, self.now, self.name)
 
     def post(self, message: Message) -> bool:
         """Post a message as it is (bridges keep source and community)."""

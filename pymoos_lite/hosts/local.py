@@ -24,6 +24,7 @@ class LocalConnection:
         self.notices: list[str] = []
         self.connected = True
         self.publish = database.door(name, self._publish)
+        self.publish_numbers = database.numbers_door(name, self._publish)
 
     def _publish(self, message: Message) -> bool:
         if not self.connected:

@@ -75,6 +75,10 @@ class RemoteConnection:
             self._published[message.name] = None
         return taken
 
+    def publish_numbers(self, posts: Iterable[tuple[str, float]], now: float, source: str) -> None:
+        for name, value in posts:
+            self.publish(Message(name, float(value), now, source))
+
     def register(self, pattern: str, source: str, interval: float, omit: tuple[str, ...]) -> None:
         self._registered[pattern] = None
         self._client.register(pattern, interval, source, omit)
