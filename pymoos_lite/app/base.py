@@ -27,7 +27,7 @@ from pymoos_lite.config.mission import ConfigLine
 from pymoos_lite.config.parameters import Declaration, Values
 from pymoos_lite.config.problems import Problem
 from pymoos_lite.core.clock import Clock
-from pymoos_lite.core.message import Message, Value, as_value
+from pymoos_lite.core.message import Message, as_value
 
 _new_tuple = tuple.__new__  # what Message(...) does, in a third of the time
 
@@ -42,8 +42,22 @@ class Connection(Protocol):
     @property
     def connected(self) -> bool: ...
 
-    def publish(self, message: Message) -> bool:
+    @property
+    def mail(self) -> list[Message]:
+        """Mail that waits, in order of arrival; whoever takes it clears the list."""
+        ...
+
+    @property
+    def notices(self) -> list[str]:
+        """Notices that wait, to look at: `take_notices` takes them."""
+        ...
+
+    def publish(self, message: Message, /) -> bool:
         """Post; False when it was refused (the app is told of the reason in `take_notices`)."""
+        ...
+
+    def publish_numbers(self, posts: Iterable[tuple[str, float]], now: float, source: str, /) -> None:
+        """Post several (name, number) of time `now` by `source`; refusals as in `publish`."""
         ...
 
     def register(self, pattern: str, source: str, interval: float, omit: tuple[str, ...]) -> None: ...
@@ -53,8 +67,6 @@ class Connection(Protocol):
     def take_mail(self) -> list[Message]:
         """All mail since the last call, in order of arrival."""
         ...
-
-    def has_mail(self) -> bool: ...
 
     def published_names(self) -> Iterable[str]:
         """Variables this client has posted so far."""
@@ -210,10 +222,16 @@ class App:
         not be taken; the reason then stands among the app's run warnings.
         """
         kind = type(value)
-        typed: Value = value if kind is float or kind is str else as_value(value)  # type: ignore[assignment]
+        if kind is not float and kind is not str:
+            value = as_value(value)
         stamp = self.now if time is None else float(time)
-        message = _new_tuple(Message, (name, typed, stamp, self.name, aux, self.community))
-        return self.connection.publish(message)
+        return self.connection.publish(
+            _new_tuple(Message, (name, value, stamp, self.name, aux, self.community))
+        )
+
+    def notify_numbers(self, posts: Iterable[tuple[str, float]]) -> None:
+        """Post several (name, float) of this step at once: `notify` for those who post many, often."""
+        self.connection.publish_numbers(posts, self.now, self.name)
 
     def post(self, message: Message) -> bool:
         """Post a message as it is (bridges keep source and community)."""

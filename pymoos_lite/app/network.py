@@ -7,15 +7,13 @@ datagram may be lost, late, doubled or out of order, whichever network it is.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 Address = tuple[str, int]
 """Numeric host and port."""
 
 
-@dataclass(frozen=True, slots=True)
-class Bundle:
+class Bundle(NamedTuple):
     """Something that a network inside one process hands over by reference instead of as bytes.
 
     `size` is what it would take as bytes and `parts` in how many datagrams, so that loss and

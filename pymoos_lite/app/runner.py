@@ -6,6 +6,8 @@ come (or when mail came, if `wakes_on_mail`), and catches what the app raises.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from operator import itemgetter
 from typing import Protocol
 
 from pymoos_lite.app.base import App
@@ -61,7 +63,8 @@ class AppRunner:
         self._special = frozenset({"APPCAST_REQ", "LOADCAST_REQ", self._command})
         self._sort = bool(app.config.sortmailbytime)
         self._was_connected = False
-        self._next_iteration = self._anchor = 0.0
+        self.next_iteration = self._anchor = 0.0
+        """Mission time of the next tick; `step` moves it."""
         self._ticks = 0
         self._last_iteration = float("-inf")
         self._next_status = 0.0
@@ -69,17 +72,15 @@ class AppRunner:
         self._requests: dict[str, AppCastRequest] = {}
         self._request_ends: dict[str, float] = {}
         self._load_until = float("-inf")
-
-    @property
-    def wakes_on_mail(self) -> bool:
+        self._names: dict[str, tuple[list[str], str]] = {"published": ([], ""), "registered": ([], "")}
+        self.wakes_on_mail = self.mode != 0
         """Whether the app wants its mail (and in mode 1 an iteration) before the next tick."""
-        return self.mode != 0
 
     def start(self, now: float, delay: float = 0.0) -> None:
         """Run the app's start-up; what it raises is the host's to report. Ticks begin after `delay` seconds."""
         app = self.app
         app.now = app.started = now
-        self._next_iteration = self._anchor = now + delay
+        self.next_iteration = self._anchor = now + delay
         self._next_status = now
         context = app.context
         if not context.community:
@@ -90,14 +91,14 @@ class AppRunner:
 
     def next_deadline(self) -> float:
         """Mission time at which `step` is next due (in mode 1 waiting mail may bring it forward)."""
-        if self.mode == 1 and self.app.connection.has_mail():
-            return min(self._next_iteration, self._last_iteration + self._min_gap)
-        return self._next_iteration
+        if self.mode == 1 and self.app.connection.mail:
+            return min(self.next_iteration, self._last_iteration + self._min_gap)
+        return self.next_iteration
 
     def has_input(self, now: float) -> bool:
         """Whether something has come that should not wait for the next tick."""
         app = self.app
-        if app.connection.has_mail() and self.mail_due(now):
+        if app.connection.mail and self.mail_due(now):
             return True
         return any(port.has_data for port in app.ports)
 
@@ -115,36 +116,51 @@ class AppRunner:
         app = self.app
         app.now = now
         connection = app.connection
-        if connection.connected:
-            if not self._was_connected:
-                self._was_connected = True
+        connected = connection.connected
+        if connected is not self._was_connected:
+            self._was_connected = connected
+            if connected:
                 self._on_connect()
-        elif self._was_connected:
-            self._was_connected = False
-        due = now >= self._next_iteration
-        mail_due = due or (connection.has_mail() and self.mail_due(now))
-        if mail_due:
-            mail = connection.take_mail()
+        due = iterates = now >= self.next_iteration
+        waiting = connection.mail
+        if waiting and (due or self.mail_due(now)):
+            iterates = due or self.mode == 1
+            mail = waiting.copy()
+            waiting.clear()
+            if not self._special.isdisjoint(map(_name_of, mail)):
+                mail = self._take_special(mail)
             if mail:
-                self._deliver(mail)
+                if self._sort:
+                    mail.sort(key=_time_of)
+                app.on_mail(mail)
         if app.ports:
             for port in tuple(app.ports):  # the app may open or close some on the way
                 if port.has_data:
                     app.on_datagrams(port, port.receive())
-        for notice in connection.take_notices():
-            app.run_warning(notice)
-        if self.mode == 1 and mail_due:
-            due = True
-        if due and self._was_connected:
-            self._iterate(now)
-        if due:
-            # Counted from an anchor, so that ticks neither drift nor pile up rounding; an overrun
-            # is not caught up (community.md 7.2).
-            self._ticks += 1
-            self._next_iteration = self._anchor + self._ticks * self.period
-            if self._next_iteration <= now or self.mode == 1:
-                self._anchor, self._ticks = now, 1
-                self._next_iteration = now + self.period
+        if connection.notices:
+            for notice in connection.take_notices():
+                app.run_warning(notice)
+        if not iterates:
+            return
+        if connected:
+            app.iteration += 1
+            if now < self._load_until:
+                self._iterate_measured(now)
+            else:
+                app.iterate()
+            self._last_iteration = now
+            if now >= self._next_status:
+                self._next_status = now + STATUS_PERIOD
+                app.notify(f"{app.name.upper()}_STATUS", self._status(now))
+            if self._requests or app.iteration <= 2 or app.log.fresh_config_warning:
+                self._report(now)
+        # Counted from an anchor, so that ticks neither drift nor pile up rounding; an overrun
+        # is not caught up (community.md 7.2).
+        self._ticks = ticks = self._ticks + 1
+        self.next_iteration = following = self._anchor + ticks * self.period
+        if following <= now or self.mode == 1:
+            self._anchor, self._ticks = now, 1
+            self.next_iteration = now + self.period
 
     def finish(self, now: float) -> None:
         """End the app in an orderly way."""
@@ -164,25 +180,6 @@ class AppRunner:
             app.register(self._command)
         app.on_connect()
 
-    def _deliver(self, mail: list[Message]) -> None:
-        app = self.app
-        kept = mail
-        special = self._special
-        for message in mail:
-            if message.name in special:
-                kept = self._take_special(mail)
-                if not kept:
-                    return
-                break
-        if self._sort and len(kept) > 1:
-            last = kept[0].time
-            for message in kept:
-                if message.time < last:
-                    kept.sort(key=_time_of)
-                    break
-                last = message.time
-        app.on_mail(kept)
-
     def _take_special(self, mail: list[Message]) -> list[Message]:
         """Act on requests and commands; returns the mail that is the app's own."""
         app = self.app
@@ -200,25 +197,17 @@ class AppRunner:
                 kept.append(message)
         return kept
 
-    def _iterate(self, now: float) -> None:
+    def _iterate_measured(self, now: float) -> None:
+        """Iterate, and tell who asked (LOADCAST_REQ) how long it took and how long ago the last time was."""
         app = self.app
-        app.iteration += 1
-        loaded = now < self._load_until
-        began = app.clock.now() if loaded else now
+        began = app.clock.now()
         app.iterate()
-        if loaded:
-            length = (app.clock.now() - began) * app.tick_rate
-            gap = (now - self._last_iteration) * app.tick_rate
-            upper = app.name.upper()
-            if app.iteration > 1:
-                app.notify(f"{upper}_ITER_GAP", gap)
-            app.notify(f"{upper}_ITER_LEN", length)
-        self._last_iteration = now
-        if now >= self._next_status:
-            self._next_status = now + STATUS_PERIOD
-            app.notify(f"{app.name.upper()}_STATUS", self._status(now))
-        if self._requests or app.iteration <= 2 or app.log.fresh_config_warning:
-            self._report(now)
+        length = (app.clock.now() - began) * app.tick_rate
+        gap = (now - self._last_iteration) * app.tick_rate
+        upper = app.name.upper()
+        if app.iteration > 1:
+            app.notify(f"{upper}_ITER_GAP", gap)
+        app.notify(f"{upper}_ITER_LEN", length)
 
     def _status(self, now: float) -> str:
         memory, peak = self.meter.memory_kb()
@@ -232,9 +221,19 @@ class AppRunner:
 
     def _traffic(self) -> tuple[str, str]:
         connection = self.app.connection
-        published = "".join(f"{n}," for n in connection.published_names())
-        subscribed = "".join(f"{n}," for n in connection.registered_names())
-        return published, subscribed
+        return (
+            self._listed("published", connection.published_names()),
+            self._listed("registered", connection.registered_names()),
+        )
+
+    def _listed(self, which: str, names: Iterable[str]) -> str:
+        """The names, a comma after each; made anew only when they have changed."""
+        known, text = self._names[which]
+        present = list(names)
+        if present != known:
+            text = "".join(f"{name}," for name in present)
+            self._names[which] = (present, text)
+        return text
 
     # --- reports -----------------------------------------------------------------------------
 
@@ -294,5 +293,5 @@ class AppRunner:
         )
 
 
-def _time_of(message: Message) -> float:
-    return message.time
+_name_of = itemgetter(0)
+_time_of = itemgetter(2)

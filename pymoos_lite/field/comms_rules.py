@@ -97,9 +97,9 @@ class CommsRules:
     def report_passes(self, source: str, sender: Contact, name: str, receiver: Contact, now: float) -> str:
         """Whether a report of `source` goes to `name`."""
         settings = self.settings
-        distance = _distance(sender, receiver)
+        distance = hypot(sender.x - receiver.x, sender.y - receiver.y)
         if distance > settings.critical_range:
-            if self._is_stale(receiver, now):
+            if 0.0 <= settings.stale_time <= now - receiver.heard_at:
                 return "stale receiver"
             if not self._in_range(source, name, distance):
                 return "out of range"

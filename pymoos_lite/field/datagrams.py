@@ -88,16 +88,9 @@ class Fragment(NamedTuple):
 
 def message_size(message: Message) -> int:
     """Bytes that a message takes in a datagram, near enough and cheap to know."""
-    value = message.value
+    name, value, _, source, aux, community = message
     body = 8 if type(value) is float else len(value)  # type: ignore[arg-type]
-    return (
-        _ROW_BYTES
-        + body
-        + len(message.name)
-        + len(message.source)
-        + len(message.aux)
-        + len(message.community)
-    )
+    return _ROW_BYTES + body + len(name) + len(source) + len(aux) + len(community)
 
 
 def parts_for(size: int, budget: int) -> int:

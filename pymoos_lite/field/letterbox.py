@@ -43,13 +43,9 @@ class Outbox:
         self._room = budget - OVERHEAD
         self._by_reference = by_reference
         self._key = key
-        self._waiting: list[Message] = []
+        self.messages: list[Message] = []
+        """Taken and not yet returned."""
         self._bytes = 0
-
-    @property
-    def waiting(self) -> int:
-        """Messages taken and not yet returned."""
-        return len(self._waiting)
 
     def add(self, message: Message, size: int, now: float) -> list[Payload]:
         """Take a message; returns what is full by that."""
@@ -58,17 +54,17 @@ class Outbox:
             out = self.flush(now)
         if size > self._room:
             return out + self._long(message, size, now)
-        self._waiting.append(message)
+        self.messages.append(message)
         self._bytes += size
         return out
 
     def flush(self, now: float) -> list[Payload]:
         """What has been taken and not yet returned."""
-        if not self._waiting:
+        if not self.messages:
             return []
-        letter = self._letter(tuple(self._waiting), now)
+        letter = self._letter(tuple(self.messages), now)
         size = self._bytes + OVERHEAD
-        self._waiting.clear()
+        self.messages.clear()
         self._bytes = 0
         if self._by_reference:
             return [Bundle(letter, size)]

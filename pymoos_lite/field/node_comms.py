@@ -145,6 +145,7 @@ class NodeComms(App):
         self.dropped: Counter[str] = Counter()
         self.passed: Counter[str] = Counter()
         self._fresh: dict[str, None] = {}
+        self._variables: dict[str, str] = {}
         self._reports: Counter[str] = Counter()
         self._waiting: deque[tuple[str, str]] = deque()
         self._binaries: deque[Message] = deque(maxlen=MAX_WAITING)
@@ -217,6 +218,7 @@ class NodeComms(App):
         if self.settings.stale_time > 0.0:
             for name in self.ledger.drop_older_than(FORGET_FACTOR * self.settings.stale_time, self.now):
                 self.rules.forget(name)
+                self._variables.pop(name, None)
                 del self._reports[name]
                 self.event(f"{name} has been silent for long: forgotten")
 
@@ -239,6 +241,8 @@ class NodeComms(App):
     def _spread(self, name: str, contact: Contact) -> None:
         now = self.now
         passes = self.rules.report_passes
+        variables = self._variables
+        passed = 0
         text = ""
         for receiver in self.ledger:
             other = receiver.name
@@ -250,10 +254,15 @@ class NodeComms(App):
                 continue
             if not text:
                 text = self.ledger.complete(contact).to_text()
-            self.notify(f"NODE_REPORT_{other.upper()}", text)
-            self.passed["report"] += 1
+            variable = variables.get(other)
+            if variable is None:
+                variable = variables[other] = f"NODE_REPORT_{other.upper()}"
+            self.notify(variable, text)
+            passed += 1
             if self._report_pulses:
                 self._pulse(name, contact, other, receiver, "", "")
+        if passed:
+            self.passed["report"] += passed
         if self._sharing >= 0.0:
             due = self._shared_at.get(name, -inf) + self._sharing * self.clock.warp
             if now >= due:

@@ -256,8 +256,9 @@ class OutputTable:
     """All outputs of a share, by variable."""
 
     def __init__(self) -> None:
-        self._by_variable: dict[str, list[Output]] = {}
-        self._plain: set[str] = set()
+        self.by_variable: dict[str, list[Output]] = {}
+        self.plain: set[str] = set()
+        """Variables shared by a route of their own: they are not taken in (the loop guard)."""
         self._wild: dict[tuple[str, str | None, Endpoint], tuple[Share, float]] = {}
 
     def add(self, share: Share, now: float) -> Output | None:
@@ -265,29 +266,29 @@ class OutputTable:
         if share.is_wild:
             self._wild.pop(share.identity, None)
             self._wild[share.identity] = (share, now)
-            for outputs in self._by_variable.values():
+            for outputs in self.by_variable.values():
                 outputs[:] = [o for o in outputs if not (o.wild and o.share.identity == share.identity)]
             return None
         name = share.alias or share.source
         output = Output(share.source, name, share, now)
-        outputs = self._by_variable.setdefault(share.source, [])
+        outputs = self.by_variable.setdefault(share.source, [])
         outputs[:] = [o for o in outputs if o.wild or o.share.identity != share.identity]
         outputs.append(output)
-        self._plain.add(share.source)
+        self.plain.add(share.source)
         return output
 
     def remove(self, share: Share) -> int:
         """Withdraw a route; the number of outputs that end."""
         self._wild.pop(share.identity, None)
         ended = 0
-        for name, outputs in list(self._by_variable.items()):
+        for name, outputs in list(self.by_variable.items()):
             kept = [o for o in outputs if not self._same(o.share, share)]
             ended += len(outputs) - len(kept)
             outputs[:] = kept
             if not any(not o.wild for o in kept):
-                self._plain.discard(name)
+                self.plain.discard(name)
             if not kept:
-                del self._by_variable[name]
+                del self.by_variable[name]
         return ended
 
     @staticmethod
@@ -299,8 +300,8 @@ class OutputTable:
         )
 
     def is_plain(self, name: str) -> bool:
-        """Whether `name` is shared by a route of its own: then it is not taken in (the loop guard)."""
-        return name in self._plain
+        """Whether `name` is in `plain`."""
+        return name in self.plain
 
     @property
     def has_wildcards(self) -> bool:
@@ -309,15 +310,15 @@ class OutputTable:
     def find(self, message: Message, now: float) -> list[Output]:
         """The outputs of a message; a wildcard that covers it for the first time makes one."""
         name = message.name
-        outputs = self._by_variable.get(name)
-        if name in self._plain or not self._wild:
+        outputs = self.by_variable.get(name)
+        if name in self.plain or not self._wild:
             return outputs or []
         found = []
         for share, _ in self._wild.values():
             if not matches(share.variable, name) or not matches(share.app, message.source):
                 continue
             if outputs is None:
-                outputs = self._by_variable[name] = []
+                outputs = self.by_variable[name] = []
             output = next((o for o in outputs if o.share is share), None)
             if output is None:
                 output = Output(name, renamed(share, name), share, now, wild=True)
@@ -326,7 +327,7 @@ class OutputTable:
         return found
 
     def plain_shares(self) -> Iterator[Share]:
-        for outputs in self._by_variable.values():
+        for outputs in self.by_variable.values():
             for output in outputs:
                 if not output.wild:
                     yield output.share
@@ -337,14 +338,14 @@ class OutputTable:
 
     def outputs(self) -> Iterator[Output]:
         """All outputs, by variable."""
-        for name in sorted(self._by_variable):
-            yield from self._by_variable[name]
+        for name in sorted(self.by_variable):
+            yield from self.by_variable[name]
 
     def summary(self) -> str:
         """``PSHARE_OUTPUT_SUMMARY`` (native_wire.md 3.7)."""
         rows = []
-        for name in sorted(self._by_variable):
-            routes = [f"{o.name}:{o.share.to}" for o in self._by_variable[name]]
+        for name in sorted(self.by_variable):
+            routes = [f"{o.name}:{o.share.to}" for o in self.by_variable[name]]
             if routes:
                 rows.append(f"{name}->{' & '.join(routes)}")
         return ", ".join(rows)

@@ -114,18 +114,15 @@ def utm_inverse(easting: float, northing: float, central_meridian: float) -> tup
     if flat < 1e-12:
         return math.copysign(90.0, zeta.real), lon
     tau_c = math.sin(zeta.real) / flat
-    tau = tau_c / (1.0 - _E2)
+    rest = 1.0 - _E2
+    tau = tau_c / rest
     # Newton's method, Karney (2011) equations 19 to 21; two rounds reach machine precision.
+    sqrt = math.sqrt
     for _ in range(5):
-        root = math.sqrt(1.0 + tau * tau)
+        root = sqrt(1.0 + tau * tau)
         sigma = math.sinh(_E * math.atanh(_E * tau / root))
-        guess = tau * math.sqrt(1.0 + sigma * sigma) - sigma * root
-        step = (
-            (tau_c - guess)
-            / math.sqrt(1.0 + guess * guess)
-            * (1.0 + (1.0 - _E2) * tau * tau)
-            / ((1.0 - _E2) * root)
-        )
+        guess = tau * sqrt(1.0 + sigma * sigma) - sigma * root
+        step = (tau_c - guess) / sqrt(1.0 + guess * guess) * (1.0 + rest * tau * tau) / (rest * root)
         tau += step
         if abs(step) <= 1e-14 * max(1.0, abs(tau)):
             break
@@ -133,12 +130,15 @@ def utm_inverse(easting: float, northing: float, central_meridian: float) -> tup
 
 
 def _sine_series(coefficients: tuple[float, ...], zeta: complex) -> complex:
-    """Sum of c_j sin(2 j zeta), j = 1.., by Clenshaw's recurrence: one complex sine instead of six."""
+    """Sum of c_j sin(2 j zeta), j = 1..6, by Clenshaw's recurrence: one complex sine instead of six."""
+    c1, c2, c3, c4, c5, c6 = coefficients
     two_zeta = 2.0 * zeta
     factor = 2.0 * cmath.cos(two_zeta)
-    b1 = b2 = 0j
-    for c in reversed(coefficients):
-        b1, b2 = factor * b1 - b2 + c, b1
+    b5 = factor * c6 + c5
+    b4 = factor * b5 - c6 + c4
+    b3 = factor * b4 - b5 + c3
+    b2 = factor * b3 - b4 + c2
+    b1 = factor * b2 - b3 + c1
     return b1 * cmath.sin(two_zeta)
 
 

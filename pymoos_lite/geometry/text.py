@@ -9,6 +9,8 @@ from __future__ import annotations
 import re
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)").fullmatch
+is_plain_number = _NUMBER
+"""The numeric test without outer blanks; truthy where it holds."""
 _FORMATS = tuple(f"%.{decimals}f" for decimals in range(18))
 _INFINITY = float("inf")
 
@@ -23,9 +25,7 @@ def num(value: float, decimals: int = 2) -> str:
     """
     text = _FORMATS[decimals] % value
     if decimals and text[-1] == "0" and value == value:
-        text = text.rstrip("0")
-        if text[-1] == ".":
-            text = text[:-1]
+        text = text.rstrip("0").rstrip(".")
     return "0" if text == "-0" else text
 
 

@@ -20,17 +20,19 @@ class LocalConnection:
         self.name = name
         self._database = database
         self._now = clock.now
-        self._mailbox: list[Message] = database.connect(name, clock.now())
-        self._notices: list[str] = []
+        self.mail: list[Message] = database.connect(name, clock.now())
+        self.notices: list[str] = []
         self.connected = True
+        self.publish = database.door(name, self._publish)
+        self.publish_numbers = database.numbers_door(name, self._publish)
 
-    def publish(self, message: Message) -> bool:
+    def _publish(self, message: Message) -> bool:
         if not self.connected:
             return False
         refusal = self._database.publish(self.name, message, self._now())
         if refusal is None:
             return True
-        self._notices.append(str(refusal))
+        self.notices.append(str(refusal))
         return False
 
     def register(self, pattern: str, source: str, interval: float, omit: tuple[str, ...]) -> None:
@@ -42,15 +44,12 @@ class LocalConnection:
             self._database.unregister(self.name, pattern)
 
     def take_mail(self) -> list[Message]:
-        mailbox = self._mailbox
+        mailbox = self.mail  # the database appends to this very list, for good
         if not mailbox:
             return []
         mail = mailbox.copy()
         mailbox.clear()
         return mail
-
-    def has_mail(self) -> bool:
-        return bool(self._mailbox)
 
     def published_names(self) -> Iterable[str]:
         return self._database.published_by(self.name)
@@ -62,10 +61,7 @@ class LocalConnection:
         return self._database.has_subscriber(name)
 
     def take_notices(self) -> list[str]:
-        if not self._notices:
-            return []
-        notices = self._notices
-        self._notices = []
+        notices, self.notices = self.notices, []
         return notices
 
     def close(self, reason: str = "") -> None:

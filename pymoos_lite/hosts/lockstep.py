@@ -7,9 +7,10 @@ are equal in every message.
 
 from __future__ import annotations
 
-import heapq
+from bisect import insort
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from heapq import heappop, heappush
 from pathlib import Path
 from zlib import crc32
 
@@ -40,7 +41,9 @@ class Community:
     name: str
     database: Database
     runners: list[AppRunner] = field(default_factory=list)
-    mail_driven: list[tuple[int, AppRunner]] = field(default_factory=list)
+    mail_driven: list[AppRunner] = field(default_factory=list)
+    mailboxes: list[list[Message]] = field(default_factory=list)
+    """Those of the `mail_driven`, to see at a glance whether any of them has to be served."""
 
     def app(self, name: str) -> App:
         """The running app of that name.
@@ -78,6 +81,8 @@ class Lockstep:
         self.communities: dict[str, Community] = {}
         self.failures: list[Failure] = []
         self.finished = False
+        # Sorted by deadline and order, both negative, so that the next is the last: taking it off costs nothing
+        # and putting it back half the comparisons of a heap. There are some hundred apps, not millions.
         self._queue: list[tuple[float, int, Community, AppRunner]] = []
         self._order = 0
         self._over: Callable[[], bool] | None = None
@@ -144,14 +149,15 @@ class Lockstep:
         self._running[community.name, runner.name] = (community, runner)
         self._order += 1
         if runner.wakes_on_mail:
-            community.mail_driven.append((self._order, runner))
-        heapq.heappush(self._queue, (runner.next_deadline(), self._order, community, runner))
+            community.mail_driven.append(runner)
+            community.mailboxes.append(context.connection.mail)
+        insort(self._queue, (-runner.next_deadline(), -self._order, community, runner))
         return runner
 
     def poke(self, at: float, name: str, value: str | float, community: str = "") -> None:
         """Post `name` = `value` at `at` mission seconds from the start, to one or all communities."""
         self._order += 1
-        heapq.heappush(self._pokes, (self.clock.start + at, self._order, community, name, value))
+        heappush(self._pokes, (self.clock.start + at, self._order, community, name, value))
 
     def end_when(self, over: Callable[[], bool]) -> None:
         """Make `run` stop early once `over()` is true; asked once per mission second."""
@@ -175,8 +181,9 @@ class Lockstep:
         next_progress = clock.now()
         pokes = self._pokes
         in_flight = self.network.in_flight
+        time, advance_to = clock.now, clock.advance_to
         while not self.finished:
-            when = queue[0][0] if queue else end
+            when = -queue[-1][0] if queue else end
             if pokes and pokes[0][0] <= when and pokes[0][0] < end:
                 self._release_pokes(max(when, clock.now()))
                 continue
@@ -185,22 +192,24 @@ class Lockstep:
                 continue
             if when >= end or not queue:
                 break
-            if when > clock.now():
-                clock.advance_to(when)
-            now = clock.now()
-            _, order, community, runner = heapq.heappop(queue)
+            now = time()
+            if when > now:
+                advance_to(when)
+                now = when
+            _, order, community, runner = queue.pop()
             # A mail-driven app may have moved its own deadline since it was queued.
-            if runner.next_deadline() > when and not (
-                runner.wakes_on_mail and runner.app.connection.has_mail()
-            ):
-                heapq.heappush(queue, (runner.next_deadline(), order, community, runner))
+            if runner.wakes_on_mail and runner.next_deadline() > when and not runner.app.connection.mail:
+                insort(queue, (-runner.next_deadline(), order, community, runner))
                 continue
-            database = community.database
-            if database.next_deadline() <= now:
-                database.tick(now)
-            if self._step(community, runner, now):
-                heapq.heappush(queue, (runner.next_deadline(), order, community, runner))
-            if community.mail_driven:
+            community.database.tick(now)
+            try:
+                runner.step(now)
+            except Exception as error:
+                self._ended(community, runner, error, now)
+            else:
+                due = runner.next_deadline() if runner.wakes_on_mail else runner.next_iteration
+                insort(queue, (-due, order, community, runner))
+            if any(community.mailboxes):
                 self._serve_mail_driven(community, now)
             if now >= next_progress:
                 next_progress = now + 1.0
@@ -232,7 +241,6 @@ class Lockstep:
         community = self.communities.pop(name)
         gone = set(map(id, community.runners))
         self._queue[:] = [entry for entry in self._queue if id(entry[3]) not in gone]
-        heapq.heapify(self._queue)
         for runner in community.runners:
             self._running.pop((name, runner.name), None)
         self.network.close_community(name)
@@ -250,21 +258,25 @@ class Lockstep:
     def _step(self, community: Community, runner: AppRunner, now: float) -> bool:
         try:
             runner.step(now)
-        except Quit:
-            self._finish(community, runner, now)
-            return False
         except Exception as error:
-            self._failed(community, runner.name, error, "iteration")
-            self._remove(community, runner)
+            self._ended(community, runner, error, now)
             return False
         return True
+
+    def _ended(self, community: Community, runner: AppRunner, error: Exception, now: float) -> None:
+        """An app's step raised `error`: it is done, or has failed."""
+        if isinstance(error, Quit):
+            self._finish(community, runner, now)
+        else:
+            self._failed(community, runner.name, error, "iteration")
+            self._remove(community, runner)
 
     def _serve_mail_driven(self, community: Community, now: float) -> None:
         # Bounded, so that two apps that answer each other's mail cannot stop time.
         for _ in range(100):
             idle = True
-            for _, runner in community.mail_driven:
-                if runner.app.connection.has_mail() and runner.mail_due(now):
+            for runner in community.mail_driven:
+                if runner.app.connection.mail and runner.mail_due(now):
                     idle = False
                     if not self._step(community, runner, now):
                         self._unqueue(runner)
@@ -273,7 +285,6 @@ class Lockstep:
 
     def _unqueue(self, runner: AppRunner) -> None:
         self._queue[:] = [entry for entry in self._queue if entry[3] is not runner]
-        heapq.heapify(self._queue)
 
     def _deliver(self) -> None:
         """Hand over the next datagram, and let the app it is for take it at once."""
@@ -286,18 +297,18 @@ class Lockstep:
         community, runner = found
         if not self._step(community, runner, now):
             self._unqueue(runner)
-        if community.mail_driven:
+        if any(community.mailboxes):
             self._serve_mail_driven(community, now)
 
     def _release_pokes(self, now: float) -> None:
-        when, _, target, name, value = heapq.heappop(self._pokes)
+        when, _, target, name, value = heappop(self._pokes)
         when = max(when, self.clock.now())
         self.clock.advance_to(when)
         for community in self.communities.values():
             if target in ("", community.name):
                 message = Message(name, value, when, "pymoos_poke", "", community.name)
                 community.database.publish("pymoos_poke", message, when)
-                if community.mail_driven:
+                if any(community.mailboxes):
                     self._serve_mail_driven(community, when)
 
     def _finish(self, community: Community, runner: AppRunner, now: float) -> None:
@@ -310,7 +321,8 @@ class Lockstep:
     def _remove(self, community: Community, runner: AppRunner) -> None:
         if runner in community.runners:
             community.runners.remove(runner)
-        community.mail_driven = [(o, r) for o, r in community.mail_driven if r is not runner]
+        community.mail_driven = [r for r in community.mail_driven if r is not runner]
+        community.mailboxes = [r.app.connection.mail for r in community.mail_driven]
         self._running.pop((community.name, runner.name), None)
         runner.app.close_ports()
         runner.app.connection.close("quit")

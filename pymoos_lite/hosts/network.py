@@ -295,7 +295,7 @@ class SimulatedNetwork:
         if type(data) is Bundle:
             parts, size = data.parts, data.size + IP_OVERHEAD * data.parts
         else:
-            parts, size = 1, len(data) + IP_OVERHEAD  # type: ignore[arg-type]
+            parts, size = 1, len(data) + IP_OVERHEAD
         traffic.sent += parts
         traffic.bytes += size
         now = self._clock.now()

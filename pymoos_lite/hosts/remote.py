@@ -64,8 +64,8 @@ class RemoteConnection:
     def __init__(self, client: RemoteClient) -> None:
         self._client = client
         self._name = client.session.name
-        self._mail: list[Message] = []
-        self._notices: list[str] = []
+        self.mail: list[Message] = []
+        self.notices: list[str] = []
         self._published: dict[str, None] = {}
         self._registered: dict[str, None] = {}
         self.refused: str | None = None
@@ -83,6 +83,10 @@ class RemoteConnection:
             self._published[message.name] = None
         return taken
 
+    def publish_numbers(self, posts: Iterable[tuple[str, float]], now: float, source: str) -> None:
+        for name, value in posts:
+            self.publish(Message(name, float(value), now, source))
+
     def register(self, pattern: str, source: str, interval: float, omit: tuple[str, ...]) -> None:
         self._registered[pattern] = None
         self._client.register(pattern, interval, source, omit)
@@ -93,28 +97,25 @@ class RemoteConnection:
 
     def collect(self, timeout: float) -> None:
         """Move datagrams and fetch mail and news; waits up to `timeout` wall seconds for mail."""
-        self._mail += self._client.poll(timeout)
+        self.mail += self._client.poll(timeout)
         for event in self._client.take_events():
             if isinstance(event, Refused):
                 self.refused = event.reason
             elif isinstance(event, WriteRefused):
                 times = f" ({event.count} times)" if event.count > 1 else ""
-                self._notices.append(f"{event.reason}{times}")
+                self.notices.append(f"{event.reason}{times}")
             elif isinstance(event, QueueFull):
-                self._notices.append(
+                self.notices.append(
                     f"{event.waiting} posts wait for the database: further ones are refused until it answers"
                 )
             elif isinstance(event, Warned):
-                self._notices.append(event.text)
+                self.notices.append(event.text)
             elif isinstance(event, Disconnected):
-                self._notices.append(f"connection to the database lost: {event.reason}")
+                self.notices.append(f"connection to the database lost: {event.reason}")
 
     def take_mail(self) -> list[Message]:
-        mail, self._mail = self._mail, []
+        mail, self.mail = self.mail, []
         return mail
-
-    def has_mail(self) -> bool:
-        return bool(self._mail)
 
     def published_names(self) -> Iterable[str]:
         return tuple(self._published)
@@ -126,7 +127,7 @@ class RemoteConnection:
         return True  # only the database knows
 
     def take_notices(self) -> list[str]:
-        notices, self._notices = self._notices, []
+        notices, self.notices = self.notices, []
         return notices
 
     def close(self, reason: str = "") -> None:

@@ -19,6 +19,11 @@ class BuoyancyJobs:
         self._trim_since: float | None = None
         self._trim_reported = 0.0
 
+    @property
+    def busy(self) -> bool:
+        """Whether a job is going on, so that `step` may have something to say."""
+        return self._buoyancy_since is not None or self._trim_since is not None
+
     def start_buoyancy(self, now: float) -> tuple[str, str]:
         """Begin buoyancy control at `now`; returns the (variable, text) to post."""
         self._buoyancy_since = now

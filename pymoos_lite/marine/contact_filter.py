@@ -27,6 +27,12 @@ class ContactFilter:
     match_regions: tuple[Polygon, ...] = ()
     ignore_regions: tuple[Polygon, ...] = ()
     strict: bool = True
+    says_nothing: bool = field(init=False, repr=False, compare=False)
+    """True when every contact passes."""
+
+    def __post_init__(self) -> None:
+        told = self.match or self.ignore or self.match_regions or self.ignore_regions
+        object.__setattr__(self, "says_nothing", not told)
 
     def with_entry(self, key: str, value: str) -> ContactFilter:
         """The filter with one more `ignore_name = a,b` or the like.
@@ -56,11 +62,6 @@ class ContactFilter:
             raise ValueError(f"{kind} '{min(both)}' cannot be both matched and ignored")
         merged = {**own, kind: own.get(kind, frozenset()) | words}
         return replace(self, match=merged) if sense == "match" else replace(self, ignore=merged)
-
-    @property
-    def says_nothing(self) -> bool:
-        """True when every contact passes."""
-        return not (self.match or self.ignore or self.match_regions or self.ignore_regions)
 
     def passes(self, name: str, group: str, kind: str, x: float, y: float) -> bool:
         """Whether a contact of that name, group and type at (x, y) matters."""

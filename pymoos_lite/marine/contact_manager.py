@@ -14,7 +14,7 @@ from pymoos_lite.marine.contact_alerts import apply_request, flag_post
 from pymoos_lite.marine.contact_filter import FILTER_KEYS, ContactFilter
 from pymoos_lite.marine.contact_manager_core import ContactManagerCore, ContactManagerParameters
 from pymoos_lite.marine.datum import mission_geodesy
-from pymoos_lite.marine.mail_values import Handler, dispatch, on_number, on_text, on_truth
+from pymoos_lite.marine.mail_values import Handler, dispatch, on_level, on_text, on_truth
 from pymoos_lite.records.contact_ledger import parse_decay
 from pymoos_lite.records.csp import clip, parse_flag, parse_number
 from pymoos_lite.records.view import circle_text
@@ -250,10 +250,10 @@ class ContactManager(App):
         core, values = self.core, self.config
         handlers: dict[str, Handler] = {
             "NODE_REPORT": self._hear_report,
-            "NAV_X": on_number(self, lambda v: setattr(core, "own_x", v)),
-            "NAV_Y": on_number(self, lambda v: setattr(core, "own_y", v)),
-            "NAV_SPEED": on_number(self, lambda v: setattr(core, "own_speed", v)),
-            "NAV_HEADING": on_number(self, lambda v: setattr(core, "own_heading", v)),
+            "NAV_X": on_level(self, core, "own_x"),
+            "NAV_Y": on_level(self, core, "own_y"),
+            "NAV_SPEED": on_level(self, core, "own_speed"),
+            "NAV_HEADING": on_level(self, core, "own_heading"),
             "IVPHELM_STATE": self._hear_helm,
             "BCM_ALERT_REQUEST": on_text(self, core.request_alert),
             "BCM_REPORT_REQUEST": on_text(self, lambda told: core.requests.ask(told, self.now)),
@@ -277,7 +277,8 @@ class ContactManager(App):
             self.run_warning(f"NODE_REPORT refused: {clip(str(error), 80)}")
 
     def _hear_helm(self, message: Message) -> None:
-        self.core.helm_drives = self.core.helm_drives or message.text.upper().startswith("DRIVE")
+        core = self.core
+        core.helm_drives = core.helm_drives or message.text.upper().startswith("DRIVE")
 
     def _able_handler(self, action: str) -> Handler:
         return on_text(self, lambda told: self._able(action, told))

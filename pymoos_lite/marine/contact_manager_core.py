@@ -71,7 +71,9 @@ class ContactManagerCore:
 
     def __init__(self, ownship: str, geodesy: Geodesy | None, parameters: ContactManagerParameters) -> None:
         self.ownship = ownship
+        self._ownship = ownship.lower()
         self.parameters = parameters
+        self._takes_all = parameters.filter.says_nothing
         start, end = parameters.decay
         self._policy = Extrapolation(ExtrapolationMode.HEADING, 0.0, start, end)
         self.ledger = ContactLedger(geodesy, capacity=2 * parameters.max_contacts + 1)
@@ -98,25 +100,30 @@ class ContactManagerCore:
             ValueError: it cannot be used; the text says why.
         """
         report = NodeReport.parse(text)
-        if report.name.lower() == self.ownship.lower() and report.name:
+        name = report.name
+        if name.lower() == self._ownship and name:
             return
         contact = self.ledger.examine(report, now)
-        told = contact.report
+        known = name in self.tracked
         # The filter sees the local position even of a report that gives latitude and longitude only.
-        if not self.parameters.filter.passes(contact.name, told.group, told.type, contact.x, contact.y):
-            if contact.name in self.tracked:
-                self._filtered[contact.name] = None
+        if not (
+            self._takes_all
+            or self.parameters.filter.passes(name, report.group, report.type, contact.x, contact.y)
+        ):
+            if known:
+                self._filtered[name] = None
             return
-        if contact.name not in self.tracked:
+        if not known:
             away = math.hypot(contact.x - (self.own_x or 0.0), contact.y - (self.own_y or 0.0))
             if self._beyond_reach(away, 1.0):
                 return
             if len(self.tracked) >= 2 * self.parameters.max_contacts:  # more is a flood, not traffic
                 raise ValueError(f"more than {2 * self.parameters.max_contacts} contacts at once")
-            self.tracked[contact.name] = Tracked()
-            self._new.append(contact.name)
-        self._filtered.pop(contact.name, None)
-        self.ledger.receive(report, now)
+            self.tracked[name] = Tracked()
+            self._new.append(name)
+        if self._filtered:
+            self._filtered.pop(name, None)
+        self.ledger.take(contact)
 
     def request_alert(self, text: str) -> Alert:
         """Take an alert of the configuration or a BCM_ALERT_REQUEST; raises ValueError saying what is wrong."""
@@ -145,17 +152,20 @@ class ContactManagerCore:
 
     def _update_ranges(self, own_x: float, own_y: float, now: float) -> None:
         own_rad = math.radians(self.own_heading)
-        own_east, own_north = self.own_speed * math.sin(own_rad), self.own_speed * math.cos(own_rad)
+        sin, cos, hypot, radians = math.sin, math.cos, math.hypot, math.radians
+        own_east, own_north = self.own_speed * sin(own_rad), self.own_speed * cos(own_rad)
+        find, policy = self.ledger.get, self._policy
         for name, tracked in self.tracked.items():
-            contact = self.ledger.get(name)
+            contact = find(name)
             assert contact is not None
-            tracked.range_actual = math.hypot(contact.x - own_x, contact.y - own_y)
-            tracked.x, tracked.y = contact.position(now, self._policy)
-            dx, dy = tracked.x - own_x, tracked.y - own_y
-            tracked.range_extrapolated = reach = math.hypot(dx, dy)
-            rad = math.radians(contact.heading)
-            wx = contact.speed * math.sin(rad) - own_east
-            wy = contact.speed * math.cos(rad) - own_north
+            tracked.range_actual = hypot(contact.x - own_x, contact.y - own_y)
+            x, y = contact.position(now, policy)
+            tracked.x, tracked.y = x, y
+            dx, dy = x - own_x, y - own_y
+            tracked.range_extrapolated = reach = hypot(dx, dy)
+            speed, rad = contact.speed, radians(contact.heading)
+            wx = speed * sin(rad) - own_east
+            wy = speed * cos(rad) - own_north
             tracked.closure = -(dx * wx + dy * wy) / reach if reach > 0.0 else 0.0
 
     def cpa(self, name: str) -> float:
@@ -180,13 +190,17 @@ class ContactManagerCore:
 
     def _retire(self, now: float, posts: list[Post]) -> None:
         p = self.parameters
+        farthest = (
+            math.inf if p.reject_range is None or self.own_x is None else _RETIRE_FACTOR * p.reject_range
+        )
+        oldest, filtered, find = p.contact_max_age, self._filtered, self.ledger.get
         gone = []
-        for name, tracked in sorted(self.tracked.items()):
-            contact = self.ledger.get(name)
+        for name, tracked in self.tracked.items():
+            contact = find(name)
             assert contact is not None
-            too_old = contact.age(now) > p.contact_max_age
-            if too_old or name in self._filtered or self._beyond_reach(tracked.range_actual, _RETIRE_FACTOR):
+            if now - contact.heard_at > oldest or name in filtered or tracked.range_actual > farthest:
                 gone.append(name)
+        gone.sort()
         excess = len(self.tracked) - len(gone) - p.max_contacts
         if excess > 0:
             gone += self._surplus(excess, set(gone), now)
@@ -250,10 +264,13 @@ class ContactManagerCore:
 
     def _update_alerts(self, now: float, posts: list[Post]) -> None:
         usable = [a for _, a in sorted(self.alerts.items()) if a.enabled and a.is_usable]
+        wanted = {a.id for a in usable}
+        if not usable and not any(tracked.alerts for tracked in self.tracked.values()):
+            return
         for name, tracked in sorted(self.tracked.items()):
             contact = self.ledger.get(name)
             assert contact is not None
-            for alert_id in sorted(tracked.alerts - {a.id for a in usable}):
+            for alert_id in sorted(tracked.alerts - wanted):
                 self._switch_off(contact, tracked, alert_id, now, posts)
             for alert in usable:
                 applies = self._applies(alert, contact, tracked, now)
@@ -263,16 +280,16 @@ class ContactManagerCore:
                     self._switch_off(contact, tracked, alert.id, now, posts)
 
     def _applies(self, alert: Alert, contact: Contact, tracked: Tracked, now: float) -> bool:
-        report = contact.report
-        if contact.age(now) > self.parameters.contact_max_age:
+        # The cheap questions first: this is asked of every contact and alert in every iteration.
+        near, reach = alert.alert_range or 0.0, tracked.range_actual
+        if near > 0.0 and reach > near and reach > alert.far_range:
             return False
+        if now - contact.heard_at > self.parameters.contact_max_age:
+            return False
+        report = contact.report
         if not alert.filter.passes(contact.name, report.group, report.type, contact.x, contact.y):
             return False
-        near, far = alert.alert_range or 0.0, alert.far_range
-        if near <= 0.0:
-            return True
-        reach = tracked.range_actual
-        return reach <= far and (reach <= near or self.cpa(contact.name) <= near)
+        return near <= 0.0 or reach <= near or self.cpa(contact.name) <= near
 
     def _switch_on(
         self, contact: Contact, tracked: Tracked, alert: Alert, now: float, posts: list[Post]
@@ -328,7 +345,13 @@ class ContactManagerCore:
     def _summarise(self, now: float, posts: list[Post]) -> None:
         p = self.parameters
         names = sorted(self.tracked)
-        pairs = [(name.lower(), alert) for name in names for alert in sorted(self.tracked[name].alerts)]
+        tracked = self.tracked
+        pairs = [
+            (name.lower(), alert)
+            for name in names
+            if tracked[name].alerts
+            for alert in sorted(tracked[name].alerts)
+        ]
         self._say(posts, "CONTACTS_LIST", ",".join(names))
         self._say(posts, "CONTACTS_ALERTED", "".join(f"({name},{alert})" for name, alert in pairs))
         self._say(posts, "CONTACTS_COUNT", float(len(pairs)))
@@ -353,7 +376,7 @@ class ContactManagerCore:
         if not self.tracked:
             self._say(posts, "CONTACT_CLOSEST", "")
             return
-        name = min(self.tracked, key=lambda each: (self.tracked[each].range_extrapolated, each))
+        name = min([(each.range_extrapolated, name) for name, each in self.tracked.items()])[1]
         if self._said.get("CONTACT_CLOSEST") != name:
             self._say(posts, "CONTACT_CLOSEST", name)
             posts.append(("CONTACT_CLOSEST_TIME", now))

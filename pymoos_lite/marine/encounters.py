@@ -118,9 +118,8 @@ class ApproachMonitor:
         begin = max(first[0].time, second[0].time, self._upto)
         if until < begin or until <= self._upto:
             return
-        moments = sorted(
-            {begin, until} | {f.time for track in self._tracks for f in track if begin < f.time < until}
-        )
+        between = [f.time for track in self._tracks for f in track if begin < f.time < until]
+        moments = sorted({begin, until, *between}) if between else sorted({begin, until})
         before: tuple[Fix, Fix] | None = None
         for moment in moments:
             pair = _at(first, moment), _at(second, moment)
@@ -258,9 +257,16 @@ class EncounterReferee:
             return []
         self._latest[name] = fix
         found: list[Encounter] = []
-        for other in sorted(self._latest):
-            if other != name:
-                found += self._hear_pair(name, other, fix)
+        x, y, pairs = fix.x, fix.y, self._pairs
+        far = _FORGET_FACTOR * self.ranks.encounter
+        for other, there in sorted(self._latest.items()):
+            if other == name:
+                continue
+            key = (name, other) if name < other else (other, name)
+            too_far = math.hypot(x - there.x, y - there.y) > far
+            # Most vessels are far from most others, and nothing is known of those pairs.
+            if not too_far or key in pairs:
+                found += self._hear_pair(key, name, other, fix, too_far)
         return found
 
     def ranges(self) -> dict[tuple[str, str], float]:
@@ -288,20 +294,18 @@ class EncounterReferee:
         for key in [key for key in self._pairs if name in key]:
             del self._pairs[key]
 
-    def _hear_pair(self, name: str, other: str, fix: Fix) -> list[Encounter]:
-        key = (name, other) if name < other else (other, name)
+    def _hear_pair(
+        self, key: tuple[str, str], name: str, other: str, fix: Fix, too_far: bool
+    ) -> list[Encounter]:
         pair = self._pairs.get(key)
-        there = self._latest[other]
-        apart = math.hypot(fix.x - there.x, fix.y - there.y)
-        too_far = apart > _FORGET_FACTOR * self.ranks.encounter
         if pair is None:
-            if too_far or self.excuses(name, other):
+            if self.excuses(name, other):
                 return []
             # Whoever reported first is the first vessel of the pair.
             pair = self._pairs[key] = _Pair(other, name)
             if self._compat:
                 pair.monitor = SampledApproach()
-            list(pair.monitor.hear(0, there))
+            list(pair.monitor.hear(0, self._latest[other]))
         which = 0 if name == pair.vname1 else 1
         found = [
             self._judge(pair, cpa, first, second)

@@ -27,7 +27,7 @@ class HelmStatus:
     def hear_summary(self, text: str, now: float) -> None:
         """Take a summary; most leave out `modes`, because it has not changed."""
         self._heard_at = now
-        found = _MODES.search(text)
+        found = _MODES.search(text) if "modes=" in text else None
         if found is not None:
             self._modes = found.group(1).strip()
 

@@ -33,7 +33,7 @@ def on_number(app: App, use: Callable[[float], None]) -> Handler:
     """A handler that passes finite numbers to `use`, and warns of everything else and of its ValueErrors."""
 
     def handle(message: Message) -> None:
-        value: float | None = message.value  # type: ignore[assignment]
+        value: float | None = message[1]  # type: ignore[assignment]
         if type(value) is not float or not -MAX_MAGNITUDE <= value <= MAX_MAGNITUDE:
             value = finite_number(message)
         if value is None:
@@ -43,6 +43,20 @@ def on_number(app: App, use: Callable[[float], None]) -> Handler:
             use(value)
         except ValueError as error:
             app.run_warning(f"{message.name} = {value:g}: {error}")
+
+    return handle
+
+
+def on_level(app: App, target: object, attribute: str) -> Handler:
+    """As `on_number`, for numbers that are just kept in an attribute: navigation, heard many times a second."""
+    warn = on_number(app, lambda value: setattr(target, attribute, value))
+
+    def handle(message: Message) -> None:
+        value = message[1]
+        if type(value) is float and -MAX_MAGNITUDE <= value <= MAX_MAGNITUDE:
+            setattr(target, attribute, value)
+        else:
+            warn(message)
 
     return handle
 
@@ -76,7 +90,7 @@ def dispatch(app: App, handlers: dict[str, Handler], mail: list[Message]) -> Non
     """Hand each message to its handler; unknown names become a run warning."""
     find = handlers.get
     for message in mail:
-        handler = find(message.name)
+        handler = find(message[0])
         if handler is not None:
             handler(message)
         else:

@@ -42,33 +42,40 @@ class NavigationOutput:
 
     def publish(self, pose: Pose, reverse: bool, stopped: bool, water_depth: float) -> None:
         """Post one state; `reverse` turns the heading round, `stopped` shows no speed, depth 0 is unknown."""
-        post, named = self._app.notify, self._named
-        heading = angle360(pose.heading + 180.0) if reverse else pose.heading
-        post(named["X"], pose.x)
-        post(named["Y"], pose.y)
+        named = self._named
+        x, y, heading, speed, depth, pitch, course, speed_over_ground = pose
+        if reverse:
+            heading = angle360(heading + 180.0)
+        posts = [(named["X"], x), (named["Y"], y)]
         if self._geodesy is not None:
-            self._post_latlon(self._geodesy, pose.x, pose.y)
-        post(named["HEADING"], heading)
-        post(named["SPEED"], 0.0 if stopped else self._shown(pose.speed))
-        post(named["DEPTH"], pose.depth)
-        post(named["HEADING_OVER_GROUND"], pose.heading_over_ground)
-        post(named["SPEED_OVER_GROUND"], 0.0 if stopped else pose.speed_over_ground)
+            self._add_latlon(posts, self._geodesy, x, y)
+        posts += (
+            (named["HEADING"], heading),
+            (named["SPEED"], 0.0 if stopped else self._shown(speed)),
+            (named["DEPTH"], depth),
+            (named["HEADING_OVER_GROUND"], course),
+            (named["SPEED_OVER_GROUND"], 0.0 if stopped else speed_over_ground),
+        )
         if water_depth > 0.0:
-            post(named["ALTITUDE"], max(0.0, water_depth - pose.depth))
+            posts.append((named["ALTITUDE"], max(0.0, water_depth - depth)))
         if self._underwater:
-            post(named["Z"], 0.0 - pose.depth)  # and never -0
-            post(named["PITCH"], pose.pitch + 0.0)
-            post(named["YAW"], 0.0 - math.radians(angle180(heading)))
+            posts += (
+                (named["Z"], 0.0 - depth),  # and never -0
+                (named["PITCH"], pitch + 0.0),
+                (named["YAW"], 0.0 - math.radians(angle180(heading))),
+            )
+        self._app.notify_numbers(posts)
 
-    def _post_latlon(self, geodesy: Geodesy, x: float, y: float) -> None:
+    def _add_latlon(self, posts: list[tuple[str, float]], geodesy: Geodesy, x: float, y: float) -> None:
         try:
             lat, lon = geodesy.to_latlon(x, y)
         except GeodesyError:
             self._app.run_warning("The vessel is too far from the datum to have a latitude and longitude")
             return
-        self._app.notify(self._named["LAT"], lat)
-        self._app.notify(self._named["LONG"], lon)
+        posts += ((self._named["LAT"], lat), (self._named["LONG"], lon))
         if self._summary:
+            self._app.notify_numbers(posts)  # the summary comes after what it sums up
+            posts.clear()
             text = f"x={num(x, 3)},y={num(y, 3)},lat={num(lat, 7)},lon={num(lon, 7)}"
             self._app.notify("USM_NAVPOS_SUMMARY", text)
 

@@ -11,9 +11,15 @@ from pymoos_lite.core.message import Message
 from pymoos_lite.geometry.angles import angle180, angle360
 from pymoos_lite.marine.datum import mission_geodesy
 from pymoos_lite.marine.helm_status import HelmStatus
-from pymoos_lite.marine.mail_values import Handler, dispatch, on_number, on_truth
+from pymoos_lite.marine.mail_values import MAX_MAGNITUDE, Handler, dispatch, on_number, on_truth
 from pymoos_lite.marine.node_reporter_config import NODE_REPORTER_DECLARATION
-from pymoos_lite.marine.ownship_state import NAV_SUFFIXES, OwnshipState, default_length
+from pymoos_lite.marine.ownship_state import (
+    NAV_NUMBERS,
+    NAV_SUFFIXES,
+    STAMPS,
+    OwnshipState,
+    default_length,
+)
 from pymoos_lite.marine.platform_report import PlatformReport
 from pymoos_lite.marine.riders import Rider, RiderSet
 from pymoos_lite.records.csp import clip, fields, num, parse_bool
@@ -145,7 +151,24 @@ class NodeReporter(App):
     def _nav_handler(self, nav: OwnshipState, suffix: str) -> Handler:
         if suffix == "TRAJECTORY":
             return lambda message: setattr(nav, "trajectory", message.text)
-        return on_number(self, lambda value: nav.hear(suffix, value, self.now))
+        attribute = NAV_NUMBERS.get(suffix)
+        if attribute is None:
+            return on_number(self, lambda value: None)  # registered for, and not used
+        known = attribute
+        stamp = STAMPS.get(known, "heard_at")
+        warn = on_number(self, lambda value: nav.hear(suffix, value, self.now))
+
+        def handle(message: Message) -> None:
+            value = message[1]
+            if type(value) is float and -MAX_MAGNITUDE <= value <= MAX_MAGNITUDE:
+                # As `nav.hear`, without asking each time which quantity this is.
+                setattr(nav, known, value)
+                nav.heard_at = now = self.now
+                setattr(nav, stamp, now)
+            else:
+                warn(message)
+
+        return handle
 
     # --- reporting ---------------------------------------------------------------------------
 
@@ -183,34 +206,36 @@ class NodeReporter(App):
         transparency = nav.transparency
         if transparency is None:
             transparency = values.platform_transparency
-        return NodeReport(
-            name=name,
-            x=x,
-            y=y,
-            speed=nav.speed,
-            heading=heading,
-            cog=self._cog if nav is self._nav and values.report_cog else None,
-            depth=None if terse else nav.depth,
-            lat=lat,
-            lon=lon,
-            type=values.platform_type,
-            color=self._color,
-            group=group,
-            vsource=values.platform_vsource,
-            mode=self._helm.mode(now),
-            mode_aux=self._mode_aux,
-            allstop=self._helm.allstop,
-            load_warning=self._load_warning,
-            altitude=nav.altitude,
-            index=index,
-            thrust_mode_reverse=self._reverse,
-            yaw=None if terse or heading is None else math.radians(angle180(90.0 - heading)),
-            time=now,
-            transparency=transparency,
-            length=self._length or None,
-            beam=values.platform_beam,
-            trajectory=nav.trajectory,
-            properties=tuple(sorted(values.platform_aspect)),
+        return NodeReport.of(
+            {
+                "name": name,
+                "x": x,
+                "y": y,
+                "speed": nav.speed,
+                "heading": heading,
+                "cog": self._cog if nav is self._nav and values.report_cog else None,
+                "depth": None if terse else nav.depth,
+                "lat": lat,
+                "lon": lon,
+                "type": values.platform_type,
+                "color": self._color,
+                "group": group,
+                "vsource": values.platform_vsource,
+                "mode": self._helm.mode(now),
+                "mode_aux": self._mode_aux,
+                "allstop": self._helm.allstop,
+                "load_warning": self._load_warning,
+                "altitude": nav.altitude,
+                "index": index,
+                "thrust_mode_reverse": self._reverse,
+                "yaw": None if terse or heading is None else math.radians(angle180(90.0 - heading)),
+                "time": now,
+                "transparency": transparency,
+                "length": self._length or None,
+                "beam": values.platform_beam,
+                "trajectory": nav.trajectory,
+                "properties": tuple(sorted(values.platform_aspect)),
+            }
         )
 
     def _is_news(self, report: NodeReport) -> bool:
@@ -279,6 +304,8 @@ class NodeReporter(App):
         return interval + (self.random.uniform(-variance, variance) if variance else 0.0)
 
     def _local_position(self, nav: OwnshipState) -> tuple[float, float] | None:
+        if nav.x is not None and nav.y is not None:
+            return nav.x, nav.y
         x, y, _, _ = nav.position("fill-empty", self._geodesy)
         return None if x is None or y is None else (x, y)
 

@@ -12,7 +12,7 @@ from pymoos_lite.geometry.geodesy import Geodesy, GeodesyError
 
 CROSS_FILL_POLICIES = ("literal", "fill-empty", "use-latest", "global", "global-terse", "local")
 
-_NUMBERS = {
+NAV_NUMBERS = {
     "X": "x",
     "Y": "y",
     "LAT": "lat",
@@ -23,7 +23,10 @@ _NUMBERS = {
     "ALTITUDE": "altitude",
     "TRANSP": "transparency",
 }
-NAV_SUFFIXES = (*_NUMBERS, "YAW", "TRAJECTORY")
+"""Attribute by what follows the prefix in the name of a navigation variable."""
+STAMPS = {"x": "xy_at", "y": "xy_at", "lat": "latlon_at", "lon": "latlon_at"}
+"""Attribute of the time of a position's last update."""
+NAV_SUFFIXES = (*NAV_NUMBERS, "YAW", "TRAJECTORY")
 """What follows the prefix in the names of navigation variables."""
 
 
@@ -51,15 +54,12 @@ class OwnshipState:
 
     def hear(self, suffix: str, value: float, now: float) -> None:
         """Take one number, named by what follows the prefix (``X`` of ``NAV_X``); yaw is not used."""
-        attribute = _NUMBERS.get(suffix)
+        attribute = NAV_NUMBERS.get(suffix)
         if attribute is None:
             return
         setattr(self, attribute, value)
         self.heard_at = now
-        if suffix in ("X", "Y"):
-            self.xy_at = now
-        elif suffix in ("LAT", "LONG"):
-            self.latlon_at = now
+        setattr(self, STAMPS.get(attribute, "heard_at"), now)
 
     @property
     def has_xy(self) -> bool:

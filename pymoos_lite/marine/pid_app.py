@@ -89,10 +89,8 @@ class PidController(App):
             yield "Stale:    " + ", ".join(f"{name} {age:.1f} s" for name, age in engine.stale_reports)
 
     def _post(self, rudder: float, thrust: float, elevator: float) -> None:
-        self.notify(self._rudder_name, rudder)
-        self.notify(self._thrust_name, thrust)
-        if self.engine.parameters.depth_control:
-            self.notify(self._elevator_name, elevator)
+        posts = ((self._rudder_name, rudder), (self._thrust_name, thrust), (self._elevator_name, elevator))
+        self.notify_numbers(posts if self.engine.parameters.depth_control else posts[:2])
 
     def _post_debug(self) -> None:
         engine, values = self.engine, self.config

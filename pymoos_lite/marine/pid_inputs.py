@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pymoos_lite.app import App
 from pymoos_lite.core.message import Message
 from pymoos_lite.geometry.angles import angle360
-from pymoos_lite.marine.mail_values import Handler, finite_number, on_number, on_truth
+from pymoos_lite.marine.mail_values import MAX_MAGNITUDE, Handler, finite_number, on_number, on_truth
 from pymoos_lite.marine.pid import PidEngine
 from pymoos_lite.records.csp import clip, num
 
@@ -79,12 +79,14 @@ class PidInputs:
         max_skew = self._max_skew
 
         def handle(message: Message) -> None:
-            value = finite_number(message)
+            value: float | None = message[1]  # type: ignore[assignment]
+            if type(value) is not float or not -MAX_MAGNITUDE <= value <= MAX_MAGNITUDE:
+                value = finite_number(message)
             if value is None:
                 app.run_warning(f"{message.name} needs a finite number, not '{clip(message.text, 40)}'")
                 return
-            skew = app.now - message.time
-            if abs(skew) < max_skew:
+            skew = app.now - message[2]
+            if -max_skew < skew < max_skew:
                 use(value)
                 return
             app.run_warning(f"{message.name} is not believed: its time stamp is far from now")

@@ -115,7 +115,7 @@ class Simulator(App):
         if self._drift_news:
             self._drift_news = False
             self.notify("USM_DRIFT_SUMMARY", self.drift.summary())
-        if self._depth_control:
+        if self._jobs.busy:
             for variable, text in self._jobs.step(self.vessel.pitch, now):
                 self.notify(variable, text)
 
@@ -284,8 +284,7 @@ class Simulator(App):
         for vessel, output in self._outputs:
             output.publish(vessel.pose(), vessel.reverse, self._obstacle_hit, self._water_depth)
         if self._depth_control:
-            self.notify("TRUE_X", self.truth.x)
-            self.notify("TRUE_Y", self.truth.y)
+            self.notify_numbers((("TRUE_X", self.truth.x), ("TRUE_Y", self.truth.y)))
 
     # --- mail --------------------------------------------------------------------------------
 

@@ -96,35 +96,39 @@ def entry_printer(start: float, style: AlogStyle) -> Callable[[Message], str]:
     Columns are time (15.5), variable (20), source (15) and value, left-justified, one blank between, one at
     the end. Line feeds in texts become blanks, blanks in names underscores: an entry is one line.
     """
-    names: dict[str, str] = {}
-    sources: dict[str, str] = {}
-    number = f"%-12.{style.precision}f"
+    columns: dict[tuple[str, str], str] = {}
+    number = f"%-12.{style.precision}f \n"
     if style.marked:
-        number = f"D:%.{style.precision}f"
+        number = f"D:%.{style.precision}f \n"
     text_mark = "S:" if style.marked else ""
     with_aux, home = style.aux, style.community
 
-    def slow_source(message: Message) -> str:
+    def print_columns(name: str, source: str) -> str:
+        return f" {_word(name):<20} {_word(source):<15} "
+
+    def full_source(message: Message) -> str:
         source = f"{message.source}:{message.aux}" if with_aux and message.aux else message.source
         if home and message.community and message.community != home:
             source += f"@{message.community}"
-        return f"{_word(source):<15}"
+        return source
+
+    stamped, stamp = start, f"{0.0:<15.5f}"
 
     def print_entry(message: Message) -> str:
+        nonlocal stamped, stamp
         name, value, time, source, aux, _ = message
-        column = names.get(name)
-        if column is None:
-            column = names[name] = f"{_word(name):<20}"
+        if time != stamped:  # an app posts several variables in one step
+            stamped, stamp = time, f"{time - start:<15.5f}"
         if (aux and with_aux) or home:
-            origin = slow_source(message)
+            middle = print_columns(name, full_source(message))
         else:
-            known = sources.get(source)
-            origin = sources[source] = f"{_word(source):<15}" if known is None else known
+            known = columns.get((name, source))
+            if known is None:
+                known = columns[name, source] = print_columns(name, source)
+            middle = known
         if type(value) is float:
-            text = number % value
-        else:
-            text = text_mark + one_line(str(value))
-        return f"{time - start:<15.5f} {column} {origin} {text} \n"
+            return stamp + middle + number % value
+        return f"{stamp}{middle}{text_mark}{one_line(str(value))} \n"
 
     return print_entry
 

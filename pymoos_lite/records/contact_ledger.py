@@ -126,11 +126,13 @@ class Contact:
 
     def position(self, now: float, policy: Extrapolation) -> tuple[float, float]:
         """Where the contact should be at `now`."""
-        elapsed = now - self.time
-        if policy.mode is ExtrapolationMode.OFF or elapsed < -_BACKWARD or abs(self.speed) < policy.thresh:
+        elapsed, mode, speed = now - self.time, policy.mode, self.speed
+        if mode is ExtrapolationMode.OFF or elapsed < -_BACKWARD or abs(speed) < policy.thresh:
             return self.x, self.y
-        run = policy.distance(self.speed, max(0.0, elapsed))
-        east, north = unit_vector(self.heading if policy.mode is ExtrapolationMode.HEADING else self.cog)
+        if elapsed < 0.0:
+            elapsed = 0.0
+        run = speed * elapsed if elapsed <= policy.decay_start else policy.distance(speed, elapsed)
+        east, north = unit_vector(self.heading if mode is ExtrapolationMode.HEADING else self.cog)
         return self.x + run * east, self.y + run * north
 
 
@@ -146,6 +148,7 @@ class ContactLedger:
         self._trails: dict[str, deque[tuple[float, float]]] = {}
         self._history = history
         self._capacity = capacity
+        self._sorted: list[str] | None = []
 
     def __len__(self) -> int:
         return len(self._contacts)
@@ -155,7 +158,8 @@ class ContactLedger:
 
     def __iter__(self) -> Iterator[Contact]:
         """Contacts by name, so that equal runs are equal."""
-        return iter([self._contacts[name] for name in sorted(self._contacts)])
+        contacts = self._contacts
+        return iter([contacts[name] for name in self._in_order()])
 
     def get(self, name: str) -> Contact | None:
         """The contact of exactly that name."""
@@ -163,7 +167,13 @@ class ContactLedger:
 
     def names(self) -> list[str]:
         """All names, sorted."""
-        return sorted(self._contacts)
+        return list(self._in_order())
+
+    def _in_order(self) -> list[str]:
+        # Asked for many times a second, and changed when a vessel comes or goes.
+        if self._sorted is None:
+            self._sorted = sorted(self._contacts)
+        return self._sorted
 
     def trail(self, name: str) -> list[tuple[float, float]]:
         """Past positions of a contact, oldest first."""
@@ -175,11 +185,16 @@ class ContactLedger:
         Raises:
             ValueError: it cannot be used; the text is one line saying why.
         """
-        contact = self.examine(report, now)
+        return self.take(self.examine(report, now))
+
+    def take(self, contact: Contact) -> Contact:
+        """Take in what `examine` made of a report."""
         name = contact.name
-        if name not in self._contacts and len(self._contacts) >= self._capacity:
-            oldest = min(self._contacts.values(), key=lambda each: (each.heard_at, each.name))
-            self.drop(oldest.name)
+        if name not in self._contacts:
+            if len(self._contacts) >= self._capacity:
+                oldest = min(self._contacts.values(), key=lambda each: (each.heard_at, each.name))
+                self.drop(oldest.name)
+            self._sorted = None
         self._contacts[name] = contact
         if self._history:
             self._trails.setdefault(name, deque(maxlen=self._history)).append((contact.x, contact.y))
@@ -234,8 +249,7 @@ class ContactLedger:
             except GeodesyError:
                 lat = lon = None  # too far for the projection: the local position has to do
         # A copy by its dictionary: node comms does this for every report of every vessel.
-        completed = NodeReport.__new__(NodeReport)
-        completed.__dict__.update(report.__dict__)
+        completed = NodeReport.of(report.__dict__)
         completed.__dict__.update(
             x=contact.x,
             y=contact.y,
@@ -249,15 +263,16 @@ class ContactLedger:
 
     def drop(self, name: str) -> None:
         """Forget a contact; an unknown name is no error."""
-        self._contacts.pop(name, None)
+        if self._contacts.pop(name, None) is not None:
+            self._sorted = None
         self._trails.pop(name, None)
 
     def drop_older_than(self, age: float, now: float) -> list[str]:
         """Forget contacts not heard for more than `age` seconds; returns their names, sorted."""
-        stale = sorted(name for name, contact in self._contacts.items() if contact.age(now) > age)
+        stale = [name for name, contact in self._contacts.items() if now - contact.heard_at > age]
         for name in stale:
             self.drop(name)
-        return stale
+        return sorted(stale)
 
     def _local_position(self, report: NodeReport) -> tuple[float, float]:
         if report.lat is None or report.lon is None:

@@ -194,3 +194,16 @@ def test_no_mail_whatever_makes_the_contact_manager_fall_over(
         sea.run(0.6)
     sea.run(1.0)
     assert all(isinstance(line, str) for line in app.report())
+
+
+def test_navigation_that_is_no_number_is_a_warning_and_changes_nothing() -> None:
+    sea = Sea()
+    manager = sea.add(ContactManager, "pContactMgrV20")
+    sea.run(1.0)
+    for number, value in enumerate((12.5, 1e300)):
+        sea.post("NAV_X", value)
+        sea.run(1.0)
+        assert manager.core.own_x == 12.5
+        assert any("NAV_X needs a finite number" in text for text in manager.log.run_warnings) is (
+            number == 1
+        )
