@@ -36,6 +36,11 @@ SILENT_AFTER = 5.0
 
 PLAIN_PERIOD = 10.0
 _TOTALS = {"COLLISION_TOTAL": "collision", "NEAR_MISS_TOTAL": "near miss", "ENCOUNTER_TOTAL": ""}
+_COUNTED = {
+    "ENCOUNTER_TOTAL": "encounters",
+    "NEAR_MISS_TOTAL": "near misses",
+    "COLLISION_TOTAL": "collisions",
+}
 
 
 @dataclass
@@ -200,9 +205,7 @@ def render(view: FleetView, warp: float) -> Panel:
         state = view.state_of(name)
         style = "red" if state.startswith(("silent", "not")) else "green"
         table.add_row(name, *numbers, Text(state, style=style), str(warnings or ""))
-    totals = "   ".join(
-        f"{n.lower().replace('_total', '')}s {v:.0f}" for n, v in view.totals.items() if n in _TOTALS
-    )
+    totals = "   ".join(f"{word} {view.totals[n]:.0f}" for n, word in _COUNTED.items() if n in view.totals)
     news = Text()
     for when, text in view.news:
         news.append(f"[{when:7.1f}] ", style="dim")

@@ -1,5 +1,6 @@
 """Fleets on the command line: sim, check, launch and commands to a running fleet."""
 
+import io
 import re
 import shutil
 import subprocess
@@ -8,6 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
 from pymoos_lite.core.clock import RealClock
 from pymoos_lite.hosts.ports import LOOPBACK, RemoteClient, free_port
@@ -204,6 +206,7 @@ def test_the_display_tells_who_is_silent_and_what_is_warned_of(capsys):
         Message("NODE_REPORT", report.to_text(), 101.0, "pShare"),
         Message("APPCAST", cast.to_text(), 101.0, "pHelmIvP"),
         Message("COLLISION_TOTAL", 1.0, 101.0, "uFldCollisionDetect"),
+        Message("NEAR_MISS_TOTAL", 2.0, 101.0, "uFldCollisionDetect"),
         Message("NODE_REPORT", "junk", 101.0, "x"),
         Message("APPCAST", "junk", 101.0, "x"),
     ]
@@ -215,4 +218,10 @@ def test_the_display_tells_who_is_silent_and_what_is_warned_of(capsys):
         assert part in out
     view.take([], 110.0)
     assert view.state_of("abe") == "silent for 9 s"
-    assert "fleet of 2" in str(render(view, 4.0).title)
+    panel = render(view, 4.0)
+    assert "fleet of 2" in str(panel.title)
+    console = Console(width=100, file=io.StringIO())
+    console.print(panel)
+    shown = console.file.getvalue()
+    for part in ("abe ", "silent for 9 s", "not heard yet", "near misses 2   collisions 1", "low battery"):
+        assert part in shown
