@@ -1,7 +1,7 @@
 """Nonlinear opinion dynamics: how a fleet chooses together what each vessel then does.
 
 Read in this order: `model` (the equation, its kernels in `kernels`), `theory` and `analysis` (what it must do),
-`option_file`, `messages` and `engine` (one agent), `app` and `marker` (the apps), `activation` (from options to
-behaviours), `graphs` and `population` (many agents), `design`, `studies` and `plots` (for people; the commands are
-in `opinion_tool`).
+`option_file`, `messages`, `neighbours` and `engine` (one agent), `app` and `marker` (the apps), `activation` (from
+options to behaviours), `graphs` and `population` (many agents; what a run leaves in `recording`), `reach`, `traps` and
+`design` (what an option file will do), `studies` and `plots` (figures; the commands are in `opinion_tool`).
 """
