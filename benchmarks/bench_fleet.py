@@ -105,7 +105,8 @@ def profile(mission: str, vehicles: int, duration: float, seed: int) -> None:
 
 def curve(mission: str, sizes: list[int], duration: float, repeat: int, seed: int) -> None:
     print(
-        f"\nmean of {repeat} stretches (one above {FULL_STRETCH_UP_TO} vessels); reference: * measured, else by the line through the two measured"
+        f"\nmean of {repeat} stretches (one above {FULL_STRETCH_UP_TO} vessels); "
+        "reference: * measured, else by the line through the two measured"
     )
     print(
         f"{'vessels':>8}{'stretch s':>11}{'times real time':>17}{'best':>7}{'ms/vessel-s':>13}"
