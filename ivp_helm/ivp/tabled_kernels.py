@@ -81,8 +81,8 @@ def fit(samples: Array, m: int, n: int, width: int, height: int, planes: Array) 
             b = 0.5 * ((c01 - c00) + (c11 - c10)) / (h if h > 0.0 else 1.0)
             a = a if w > 0.0 else 0.0
             b = b if h > 0.0 else 0.0
-            most = max(max(max(c00, c01), c10), c11)
-            least = min(min(min(c00, c01), c10), c11)
+            most = max(c00, c01, c10, c11)
+            least = min(c00, c01, c10, c11)
             c = (c00 + c01 + c10 + c11) - 2.0 * a * (i0 + i1) - 2.0 * b * (j0 + j1)
             c = 0.25 * c if small else 0.2 * (c + centre - a * mid_i - b * mid_j)
             most = most if small else max(most, centre)
