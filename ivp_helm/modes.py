@@ -89,9 +89,9 @@ class ModeSet:
     def evaluate(self, buffer: InfoBuffer) -> dict[str, str]:
         """Give the mode variables in `buffer` their values of now; returns those assigned, by variable."""
         get = buffer.values.get
-        seen = [get(name) for name in self._names]
+        seen: list[object] = [get(name) for name in self._names]
         # The same values give the same modes, and between two orders they are the same for minutes.
-        if not self._ageing and all(map(is_, seen, self._seen)) and len(seen) == len(self._seen):
+        if not self._ageing and len(seen) == len(self._seen) and all(map(is_, seen, self._seen)):
             for variable, mode in self.assigned.items():
                 buffer.assign(variable, mode)
             return self.assigned

@@ -19,85 +19,116 @@ from ivp_helm.ivp.pointers import floats_at, int32s_at
 Array: TypeAlias = NDArray[Any]
 
 
-@njit(cache=True, error_model="numpy", inline="always")
-def _plane(
-    c00: float, c01: float, c10: float, c11: float, centre: float, i0: int, i1: int, j0: int, j1: int
-) -> tuple[float, float, float]:
-    """Slopes per index and value at index (0, 0) of a tile's plane, from its corners and centre."""
-    w = i1 - i0
-    h = j1 - j0
-    if c00 == c01 and c00 == c10 and c00 == c11 and (c00 == centre or (w < 2 and h < 2)):
-        return 0.0, 0.0, c00
-    mid_i = i0 + w // 2
-    mid_j = j0 + h // 2
-    a = 0.5 * ((c10 - c00) + (c11 - c01)) / w if w > 0 else 0.0
-    b = 0.5 * ((c01 - c00) + (c11 - c10)) / h if h > 0 else 0.0
-    most = max(c00, c01, c10, c11)
-    least = min(c00, c01, c10, c11)
-    c = (c00 + c01 + c10 + c11) - 2.0 * a * (i0 + i1) - 2.0 * b * (j0 + j1)
-    if w >= 2 or h >= 2:
-        c = 0.2 * (c + centre - a * mid_i - b * mid_j)
-        most = max(most, centre)
-        least = min(least, centre)
-    else:
-        c *= 0.25
-    # No higher than the highest and no lower than the lowest value at the corners, where a plane ends.
-    low_end = a * (i0 if a > 0.0 else i1) + b * (j0 if b > 0.0 else j1)
-    high_end = a * (i1 if a > 0.0 else i0) + b * (j1 if b > 0.0 else j0)
-    c = min(c, most - high_end)
-    return a, b, max(c, least - low_end)
-
-
 @njit(cache=True, error_model="numpy")
 def sample(u: Array, width: int, height: int, samples: Array) -> None:
-    """The values of a table shaped (m, n) that `tile` wants, in its order."""
+    """The values of a table shaped (m, n) that `fit` wants, in its order."""
     m, n = u.shape
+    rows = (m + width - 1) // width
+    tiles = rows * ((n + height - 1) // height)
     q = 0
-    for i0 in range(0, m, width):
-        i1 = min(i0 + width, m) - 1
-        for i in (i0, i1):
-            for j0 in range(0, n, height):
-                samples[q] = u[i, j0]
-                samples[q + 1] = u[i, min(j0 + height, n) - 1]
-                q += 2
-        for j0 in range(0, n, height):
-            samples[q] = u[i0 + (i1 - i0) // 2, j0 + (min(j0 + height, n) - 1 - j0) // 2]
+    for j0 in range(0, n, height):
+        j1 = min(j0 + height, n) - 1
+        for i0 in range(0, m, width):
+            i1 = min(i0 + width, m) - 1
+            samples[q] = u[i0, j0]
+            samples[q + tiles] = u[i0, j1]
+            samples[q + 2 * tiles] = u[i1, j0]
+            samples[q + 3 * tiles] = u[i1, j1]
+            samples[q + 4 * tiles] = u[i0 + (i1 - i0) // 2, j0 + (j1 - j0) // 2]
             q += 1
 
 
 @njit(cache=True, error_model="numpy")
-def tile(
-    samples: Array, m: int, n: int, width: int, height: int, bounds: Array, planes: Array, owner: Array
-) -> int:
-    """Pieces over m by n points, cut into tiles of width rows by height columns; returns how many, -1 when
-    a value is not finite.
+def fit(samples: Array, m: int, n: int, width: int, height: int, planes: Array) -> bool:
+    """The plane of every tile of m by n points, from its corners and centre; False if a value is not finite.
 
-    samples   for each row of tiles: the two corners of each tile along its first row, those along its last
-              row, then the centre of each tile; 5 values a tile
+    The tiles have width rows by height columns and are counted down the first column, then the next.
+
+    samples   the low low, low high, high low and high high corners of all tiles, then all centres
+    planes    (3, tiles) to fill in: two slopes per index, value at index (0, 0)
+    """
+    rows = (m + width - 1) // width
+    tiles = planes.shape[1]
+    c00s = samples[:tiles]
+    c01s = samples[tiles : 2 * tiles]
+    c10s = samples[2 * tiles : 3 * tiles]
+    c11s = samples[3 * tiles : 4 * tiles]
+    centres = samples[4 * tiles : 5 * tiles]
+    slopes_i = planes[0]
+    slopes_j = planes[1]
+    levels = planes[2]
+    odd = 0
+    for k in range(tiles // rows):
+        # Whole numbers as floats, and choices instead of branches, so that several tiles are done at once.
+        j0 = float(k * height)
+        j1 = min(j0 + height, float(n)) - 1.0
+        h = j1 - j0
+        mid_j = j0 + np.floor(0.5 * h)
+        begin = k * rows
+        for r in range(rows):
+            q = begin + r
+            c00 = c00s[q]
+            c01 = c01s[q]
+            c10 = c10s[q]
+            c11 = c11s[q]
+            centre = centres[q]
+            i0 = float(r) * width
+            i1 = min(i0 + width, float(m)) - 1.0
+            w = i1 - i0
+            mid_i = i0 + np.floor(0.5 * w)
+            small = w < 2.0 and h < 2.0
+            a = 0.5 * ((c10 - c00) + (c11 - c01)) / (w if w > 0.0 else 1.0)
+            b = 0.5 * ((c01 - c00) + (c11 - c10)) / (h if h > 0.0 else 1.0)
+            a = a if w > 0.0 else 0.0
+            b = b if h > 0.0 else 0.0
+            most = max(c00, c01, c10, c11)
+            least = min(c00, c01, c10, c11)
+            c = (c00 + c01 + c10 + c11) - 2.0 * a * (i0 + i1) - 2.0 * b * (j0 + j1)
+            c = 0.25 * c if small else 0.2 * (c + centre - a * mid_i - b * mid_j)
+            most = most if small else max(most, centre)
+            least = least if small else min(least, centre)
+            # No higher than the highest and no lower than the lowest value at the corners, where a plane ends.
+            low_end = a * (i0 if a > 0.0 else i1) + b * (j0 if b > 0.0 else j1)
+            high_end = a * (i1 if a > 0.0 else i0) + b * (j1 if b > 0.0 else j0)
+            c = min(c, most - high_end)
+            c = max(c, least - low_end)
+            flat = c00 == c01 and c00 == c10 and c00 == c11 and (small or c00 == centre)
+            slopes_i[q] = 0.0 if flat else a
+            slopes_j[q] = 0.0 if flat else b
+            levels[q] = c00 if flat else c
+            total = c00 + c01 + c10 + c11 + centre
+            odd += 0 if total - total == 0.0 else 1
+    return odd == 0
+
+
+@njit(cache=True, error_model="numpy")
+def join(
+    fits: Array, m: int, n: int, width: int, height: int, bounds: Array, planes: Array, owner: Array
+) -> int:
+    """Pieces over m by n points: the tiles of `fit`, where flat ones of one level that lie side by side become
+    one; returns how many.
+
+    fits      what `fit` found
     bounds    (tiles, 4) integers to fill in: low and high index of the first variable, then of the second
     planes    (tiles, 3) floats to fill in: two slopes per index, value at index (0, 0)
     owner     integers, one per tile along the second variable: scratch
     """
     across = owner.size
+    rows = fits.shape[1] // across
     count = 0
     for k in range(across):
         owner[k] = -1
-    row = 0
-    for i0 in range(0, m, width):
+    for r in range(rows):
+        i0 = r * width
         i1 = min(i0 + width, m) - 1
         open_from = -1  # tile at which the newest piece of this row began if it is flat, else -1
         newest = -1
         for k in range(across):
             j0 = k * height
             j1 = min(j0 + height, n) - 1
-            c00 = samples[row + 2 * k]
-            c01 = samples[row + 2 * k + 1]
-            c10 = samples[row + 2 * (across + k)]
-            c11 = samples[row + 2 * (across + k) + 1]
-            centre = samples[row + 4 * across + k]
-            if not np.isfinite(c00 + c01 + c10 + c11 + centre):
-                return -1
-            a, b, c = _plane(c00, c01, c10, c11, centre, i0, i1, j0, j1)
+            a = fits[0, k * rows + r]
+            b = fits[1, k * rows + r]
+            c = fits[2, k * rows + r]
             flat = a == 0.0 and b == 0.0
             if flat and open_from >= 0 and planes[newest, 2] == c:
                 bounds[newest, 3] = j1
@@ -118,7 +149,6 @@ def tile(
                     owner[k] = -1
         if open_from >= 0:
             count = _joined(bounds, planes, owner, open_from, across, newest, count)
-        row += 5 * across
     return count
 
 
@@ -190,13 +220,14 @@ def block_of_tiles(bounds: Array, planes: Array, count: int, dims: int, base: fl
 def block_of_samples(
     samples: Array, m: int, n: int, dims: int, width: int, height: int, base: float, extent: float
 ) -> Array:
-    """The block (kernels.py) of the pieces that `tile` makes; without a piece when a value is not finite."""
+    """The block (kernels.py) of the pieces that `fit` and `join` make; none when a value is not finite."""
     across = (n + height - 1) // height
     tiles = (m + width - 1) // width * across
+    fits = np.empty((3, tiles))
+    if not fit(samples, m, n, width, height, fits):
+        return new_block(0, dims)
     bounds = np.empty((tiles, 4), np.int64)
     planes = np.empty((tiles, 3))
     owner = np.empty(across, np.int64)
-    count = tile(samples, m, n, width, height, bounds, planes, owner)
-    if count < 0:
-        return new_block(0, dims)
+    count = join(fits, m, n, width, height, bounds, planes, owner)
     return block_of_tiles(bounds, planes, count, dims, base, extent)

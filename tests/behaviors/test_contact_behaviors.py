@@ -57,6 +57,22 @@ def test_the_avoidance_kernel_agrees_with_one_course_at_a_time(x, y, heading, sp
             assert found[i, j] == pytest.approx(utility, abs=1e-6)
 
 
+@settings(max_examples=40, deadline=None)
+@given(positions, positions, st.floats(0, 360), st.floats(0, 4), st.floats(0, 200), st.floats(0, 40))
+def test_the_scattered_avoidance_kernel_agrees_with_that_of_the_whole_table(
+    x, y, heading, speed, horizon, near
+):
+    courses, speeds = np.arange(0.0, 360.0, 40.0), np.array([0.0, 0.7, 2.0, 4.0])
+    engine = CpaEngine(x, y, heading, speed, 5.0, -3.0)
+    east, north = unit_vectors(courses)
+    table, found = np.empty((9, 4)), np.empty(36)
+    place = (5.0 - x, -3.0 - y, *engine.contact_velocity)
+    _kernels.avoidance(*place, east, north, speeds, horizon, near, near + 20.0, table)
+    vx, vy = np.outer(east, speeds).ravel(), np.outer(north, speeds).ravel()
+    _kernels.avoidance_at(*place, vx, vy, horizon, near, near + 20.0, found)
+    assert np.array_equal(found, table.ravel())
+
+
 @settings(max_examples=60, deadline=None)
 @given(positions, positions, st.floats(0, 360), st.floats(0, 4), st.floats(0, 100), st.floats(0, 1))
 def test_the_pursuit_kernel_agrees_with_one_course_at_a_time(x, y, heading, speed, horizon, patience):
