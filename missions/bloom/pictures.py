@@ -273,6 +273,7 @@ METHOD_LOOKS = {
     "static": ("#D55E00", "--", "s"),
     "greedy": ("#7A7A7A", ":", "^"),
 }
+BANDS = ("gcid", "static")
 STUDY_PANELS = {"percent_sampled": "blooms sampled, %", "samples_per_km": "samples per km"}
 
 
@@ -311,7 +312,11 @@ def study_figure(rows: Sequence[Mapping[str, str]]) -> Figure:
         for curve in curves(rows, column):
             empty = False
             colour, line, marker = METHOD_LOOKS.get(curve.name, ("#444444", "-", "."))
-            axis.fill_between(curve.sizes, curve.least, curve.most, color=colour, alpha=0.12, linewidth=0)
+            # Three filled bands over each other are mud: the third method has edges only.
+            if curve.name in BANDS:
+                axis.fill_between(curve.sizes, curve.least, curve.most, color=colour, alpha=0.1, linewidth=0)
+            for edge in (curve.least, curve.most):
+                axis.plot(curve.sizes, edge, line, color=colour, linewidth=0.7, alpha=0.6)
             axis.plot(
                 curve.sizes, curve.mean, line, color=colour, marker=marker, markersize=5, label=curve.name
             )
