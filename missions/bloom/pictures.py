@@ -189,12 +189,12 @@ def animate(run: RunLog, path: str, step: float = 20.0, comms_range: float = 160
 
     Returns the number of frames. Needs Pillow, which matplotlib brings.
     """
-    from matplotlib.animation import FuncAnimation, PillowWriter
     from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image
 
     made, (sea, simplex, attention) = figure(14.0, 4.6, 1, 3, width_ratios=[1.55, 1.0, 1.0])
     made.set_dpi(75)
-    FigureCanvasAgg(made)
+    canvas: Any = FigureCanvasAgg(made)
     _sea(sea)
     _legend(sea, run, comms_range)
     _simplex_frame(simplex, run.opinions.options)
@@ -211,7 +211,7 @@ def animate(run: RunLog, path: str, step: float = 20.0, comms_range: float = 160
     places = on_simplex(into_limits(run.opinions.z, ZOOM, -2.0 * ZOOM))
     drawn: list[Any] = []
 
-    def show(frame: int) -> list[Any]:
+    def show(frame: int) -> None:
         for artist in drawn:
             artist.remove()
         drawn.clear()
@@ -228,15 +228,19 @@ def animate(run: RunLog, path: str, step: float = 20.0, comms_range: float = 160
             )
             curves[i].set_data(minutes[: frame + 1], run.opinions.u[: frame + 1, i])
         now.set_xdata([minutes[frame]] * 2)
-        return drawn
 
     frames = [int(k) for k in np.arange(0, run.t.size, max(1, round(step)))]
-    # Arranged once, as it is in the middle of the run: doing it anew for each frame takes most of the time,
-    # and the panels would shift about.
+    # Arranged once, as it is in the middle of the run, or the panels would shift about.
     show(frames[len(frames) // 2])
     made.draw_without_rendering()
     made.set_layout_engine("none")
-    FuncAnimation(made, show, frames=frames).save(path, writer=PillowWriter(fps=10), dpi=75)
+    images = []
+    for frame in frames:  # matplotlib's own writers draw each frame three times
+        show(frame)
+        canvas.draw()
+        picture = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+        images.append(picture.quantize(256, dither=Image.Dither.NONE))
+    images[0].save(path, save_all=True, append_images=images[1:], duration=100, loop=0)
     return len(frames)
 
 
@@ -273,6 +277,7 @@ METHOD_LOOKS = {
     "static": ("#D55E00", "--", "s"),
     "greedy": ("#7A7A7A", ":", "^"),
 }
+BANDS = ("gcid", "static")
 STUDY_PANELS = {"percent_sampled": "blooms sampled, %", "samples_per_km": "samples per km"}
 
 
@@ -311,7 +316,11 @@ def study_figure(rows: Sequence[Mapping[str, str]]) -> Figure:
         for curve in curves(rows, column):
             empty = False
             colour, line, marker = METHOD_LOOKS.get(curve.name, ("#444444", "-", "."))
-            axis.fill_between(curve.sizes, curve.least, curve.most, color=colour, alpha=0.12, linewidth=0)
+            # Three filled bands over each other are mud: the third method has edges only.
+            if curve.name in BANDS:
+                axis.fill_between(curve.sizes, curve.least, curve.most, color=colour, alpha=0.1, linewidth=0)
+            for edge in (curve.least, curve.most):
+                axis.plot(curve.sizes, edge, line, color=colour, linewidth=0.7, alpha=0.6)
             axis.plot(
                 curve.sizes, curve.mean, line, color=colour, marker=marker, markersize=5, label=curve.name
             )
