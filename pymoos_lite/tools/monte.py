@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from pymoos_lite.config.study_file import StudyFile
     from pymoos_lite.hosts.study import Outcome
     from pymoos_lite.hosts.study_journal import Journal
+    from pymoos_lite.tools.mission import MissionError
 
 STUDY_FILE = "study.yaml"
 TELL_PERIOD = 60.0
@@ -34,6 +35,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--dask", metavar="ADDRESS", help="run on the Dask cluster whose scheduler is there")
     parser.add_argument("--row", type=int, metavar="N", help="run only row N again, with all its logs")
     parser.add_argument("--rows", metavar="A-B", help="run only these rows, e.g. 1-50")
+    parser.add_argument(
+        "--where", metavar="FACTOR=VALUE,...", action="append", default=[],
+        help="run only rows with one of these values of a factor, e.g. method=gcid,static (repeatable)",
+    )  # fmt: skip
     parser.add_argument("--list", action="store_true", help="print the rows, and run nothing")
     parser.add_argument("--summary", action="store_true", help="print what the results say, and run nothing")
     parser.add_argument("--no-progress", action="store_true", help="print only the closing lines")
@@ -97,19 +102,49 @@ def load_study(name: str) -> tuple[StudyFile, str]:
     return study, text
 
 
-def _chosen(study: StudyFile, rows: str | None) -> Sequence[int]:
-    from pymoos_lite.tools.mission import MissionError
-
+def _chosen(study: StudyFile, rows: str | None, where: Sequence[str]) -> list[int]:
+    """Numbers of the rows asked for, in order of number."""
+    wanted = [_condition(study, text) for text in where]
     everything = range(1, study.row_count + 1)
-    if rows is None:
-        return everything
+    span = everything if rows is None else _span(study, rows)
+    if not wanted:
+        return list(span)
+    chosen = [
+        row.number
+        for row in study.rows()
+        if row.number in span and all(row.value(name) in values for name, values in wanted)
+    ]
+    if not chosen:
+        raise _refusal(f"--where {' '.join(where)}: no row has these values")
+    return chosen
+
+
+def _span(study: StudyFile, rows: str) -> range:
     first, dash, last = rows.partition("-")
     if not first.isdigit() or (dash and not last.isdigit()):
-        raise MissionError(f"--rows {rows}: expected A-B, e.g. 1-50")
+        raise _refusal(f"--rows {rows}: expected A-B, e.g. 1-50")
     chosen = range(int(first), int(last if dash else first) + 1)
     if not chosen or chosen[0] < 1 or chosen[-1] > study.row_count:
-        raise MissionError(f"--rows {rows}: the study has rows 1 to {study.row_count}")
+        raise _refusal(f"--rows {rows}: the study has rows 1 to {study.row_count}")
     return chosen
+
+
+def _condition(study: StudyFile, text: str) -> tuple[str, frozenset[str]]:
+    from pymoos_lite.config.problems import did_you_mean
+
+    name, equals, values = text.partition("=")
+    if not equals or not values:
+        raise _refusal(f"--where {text}: expected FACTOR=VALUE,..., e.g. method=gcid,static")
+    if name not in study.factors:
+        hint = did_you_mean(name, study.factors) or f"; factors are {', '.join(study.factors)}"
+        raise _refusal(f"--where {text}: the study has no factor '{name}'{hint}")
+    return name, frozenset(values.split(","))
+
+
+def _refusal(text: str) -> MissionError:
+    from pymoos_lite.tools.mission import MissionError
+
+    return MissionError(text)
 
 
 def _work(study: StudyFile, text: str, journal: Journal, args: argparse.Namespace) -> None:
@@ -118,7 +153,7 @@ def _work(study: StudyFile, text: str, journal: Journal, args: argparse.Namespac
     from pymoos_lite.tools.mission import MissionError
 
     done = journal.done()
-    numbers = study.in_order(number for number in _chosen(study, args.rows) if number not in done)
+    numbers = study.in_order(number for number in _chosen(study, args.rows, args.where) if number not in done)
     workers = args.workers if args.workers is not None else default_workers()
     if workers < 1:
         raise MissionError(f"--workers {workers}: expected at least 1")

@@ -312,6 +312,16 @@ def test_a_single_row_run_again_is_compared_with_the_study(dice, capsys):
     assert "NOT the same" in capsys.readouterr().out
 
 
+def test_only_rows_with_the_wanted_values_are_run(dice):
+    path, study = dice
+    out = path.parent / "out"
+    words = ["monte", str(path), "--out", str(out), "--workers", "1", "--no-progress"]
+    assert cli.main([*words, "--where", "method=plain", "--where", "vehicles=2", "--rows", "2-16"]) == 0
+    chosen = [r.number for r in study.rows() if r.factors == (("vehicles", "2"), ("method", "plain"))]
+    with (out / "results.csv").open() as file:
+        assert [int(line["row"]) for line in csv.DictReader(file)] == [n for n in chosen if n >= 2]
+
+
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [
@@ -320,6 +330,9 @@ def test_a_single_row_run_again_is_compared_with_the_study(dice, capsys):
         (["--rows", "5-99"], "rows 1 to 16"),
         (["--rows", "x"], "expected A-B"),
         (["--workers", "0"], "at least 1"),
+        (["--where", "method"], "expected FACTOR=VALUE"),
+        (["--where", "metod=plain"], "did you mean 'method'"),
+        (["--where", "method=magic"], "no row has these values"),
     ],
 )
 def test_wrong_words_are_refused_in_one_line(dice, capsys, words, complaint):
