@@ -210,7 +210,10 @@ def random_functions(domain: Domain, count: int, pieces: int) -> list[IvPFunctio
                 total += np.exp(-d2 / (2 * width * width))
             return total
 
-        out.append(reflect(domain, f, uniform_amount=pieces).weighted(float(rng.uniform(20, 200))))
+        made = reflect(domain, f, uniform_amount=pieces)
+        if made.pieces < pieces:  # equal pieces come in few numbers: split those that fit worst
+            made = reflect(domain, f, uniform_amount=pieces, smart_amount=pieces - made.pieces)
+        out.append(made.weighted(float(rng.uniform(20, 200))))
     return out
 
 
