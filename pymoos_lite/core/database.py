@@ -8,9 +8,10 @@ not know whether a client lives in the same process or at the far end of a link 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
 
+from pymoos_lite.core.entries import Client, Record, Statistics
 from pymoos_lite.core.message import KIND_NAME, Message, Value
+from pymoos_lite.core.refusals import NameClashError, Refusal, one_too_many, wrong_type
 from pymoos_lite.core.subscriptions import Route, Subscription, is_pattern, matches
 from pymoos_lite.core.summaries import SYSTEM_VARIABLES, build_system_variables
 
@@ -22,125 +23,6 @@ MAX_REFUSALS_KEPT = 20
 MAX_VARIABLES = 100_000
 """Variables that a community may have: far above any mission, and a bound on what a hostile client can cost."""
 MAX_REMEMBERED = 1000
-
-
-class NameClashError(Exception):
-    """A second client asked for a name that is in use; the first is unaffected."""
-
-    def __init__(self, client: str) -> None:
-        super().__init__(f'A client of this name ("{client}") already exists')
-        self.client = client
-
-
-@dataclass(frozen=True, slots=True)
-class Refusal:
-    """Why a write was not accepted: the variable has another type, or there are too many variables."""
-
-    name: str
-    client: str
-    reason: str
-    event: str
-
-    def __str__(self) -> str:
-        return self.reason
-
-
-def _wrong_type(name: str, expected: type, found: type, client: str) -> Refusal:
-    holds, written = KIND_NAME[expected], KIND_NAME[found]
-    reason = (
-        f"{client} wrote a {written} to {name}, which holds a {holds}: "
-        f"the write was refused (first write of {name} fixed its type)"
-    )
-    return Refusal(name, client, reason, f"refused={name},client={client},holds={holds},written={written}")
-
-
-def _one_too_many(name: str, client: str, limit: int) -> Refusal:
-    reason = (
-        f"{client} wrote to {name}, but the community has {limit} variables already: the write was refused"
-    )
-    # The name is left out, so that a flood of names is one event.
-    return Refusal("", client, reason, f"refused=new variables,client={client},limit={limit}")
-
-
-@dataclass(slots=True)
-class Client:
-    """A connected client: its mailbox, what it asked for and what it has written."""
-
-    name: str
-    mailbox: list[Message]
-    connected_at: float
-    subscriptions: dict[tuple[str, str], Subscription] = field(default_factory=dict)
-    patterns: list[Subscription] = field(default_factory=list)
-    exact: dict[str, list[Subscription]] = field(default_factory=dict)
-    published: dict[str, None] = field(default_factory=dict)
-    latencies: list[float] = field(default_factory=list)
-
-    def wishes(self, variable: str) -> list[Subscription]:
-        """The subscriptions that cover a variable."""
-        found = [s for s in self.patterns if s.wants_variable(variable)]
-        return found + [s for s in self.exact.get(variable, ()) if s.wants_variable(variable)]
-
-    def add(self, subscription: Subscription) -> None:
-        """Take a subscription; one of the same pattern and source is replaced."""
-        self.remove(subscription.pattern, subscription.source)
-        self.subscriptions[(subscription.pattern, subscription.source)] = subscription
-        self._shelf(subscription.pattern).append(subscription)
-
-    def remove(self, pattern: str, source: str | None) -> bool:
-        """Drop the subscriptions made with `pattern` (and `source`, if given); whether there were any."""
-        keys = (
-            [k for k in ((pattern, source),) if k in self.subscriptions]
-            if source is not None
-            else [k for k in self.subscriptions if k[0] == pattern]
-        )
-        for key in keys:
-            self._shelf(pattern).remove(self.subscriptions.pop(key))
-        return bool(keys)
-
-    def _shelf(self, pattern: str) -> list[Subscription]:
-        # Names are looked up, patterns are tried one by one: most registrations are plain names.
-        return self.patterns if is_pattern(pattern) else self.exact.setdefault(pattern, [])
-
-
-class Record:
-    """One variable: its last message, type, writers and the ways to its subscribers."""
-
-    __slots__ = (
-        "direct",
-        "express",
-        "filtered",
-        "kind",
-        "last_writes",
-        "message",
-        "name",
-        "rate",
-        "writes",
-    )
-
-    def __init__(self, name: str) -> None:
-        self.name = name
-        self.kind: type | None = None
-        self.message: Message | None = None
-        self.writes = 0
-        self.last_writes = 0
-        self.rate = 0.0
-        # The connected client that wrote last, while nobody throttles the variable: it is nearly always the
-        # next one, it is known as a writer, and its posts just go to `direct` (see `Database.door`).
-        self.express = ""
-        # Subscribers of every post: just their mailboxes' append. All others go through a Route.
-        self.direct: list[Callable[[Message], None]] = []
-        self.filtered: dict[str, Route] = {}
-
-
-@dataclass(slots=True)
-class Statistics:
-    """Counters a person can ask for."""
-
-    accepted: int = 0
-    refused: int = 0
-    connects: int = 0
-    disconnects: int = 0
-    clashes: int = 0
 
 
 class Database:
@@ -338,12 +220,12 @@ class Database:
         record = self._records.get(name)
         if record is None:
             if len(self._records) >= self.max_variables and client != self.name:
-                return self._refuse(_one_too_many(name, client, self.max_variables), now)
+                return self._refuse(one_too_many(name, client, self.max_variables), now)
             record = self._record(name)
         if type(value) is not record.kind:
             if record.kind is not None:
                 kind = type(value)
-                return self._refuse(_wrong_type(record.name, record.kind, kind, client), now)
+                return self._refuse(wrong_type(record.name, record.kind, kind, client), now)
             if type(value) not in KIND_NAME or type(message.time) is not float:
                 raise TypeError(
                     f"{client} posted {message!r}: a value is float, str or bytes, a time is float"

@@ -15,7 +15,7 @@ from typing import Any
 
 from pymoos_lite.core.assembly import RecordError
 from pymoos_lite.core.cookies import Cookies
-from pymoos_lite.core.database import Database, NameClashError
+from pymoos_lite.core.database import Database
 from pymoos_lite.core.frames import (
     IDENTITY_BYTES,
     MAX_NAME,
@@ -49,6 +49,7 @@ from pymoos_lite.core.parcels import (
     Unregister,
     split,
 )
+from pymoos_lite.core.refusals import NameClashError
 
 Address = Hashable
 """Whatever the socket layer calls an address; compared and used as a key, never looked into."""

@@ -5,8 +5,9 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from pymoos_lite.core.database import Database, NameClashError
+from pymoos_lite.core.database import Database
 from pymoos_lite.core.message import Message
+from pymoos_lite.core.refusals import NameClashError
 
 
 def message(name, value, time=0.0, source="pub"):
