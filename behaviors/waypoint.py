@@ -6,16 +6,16 @@ from math import hypot
 
 from behaviors.arrival import XY, ArrivalEngine
 from behaviors.efficiency import Efficiency
+from behaviors.track_line import track_point
 from behaviors.waypoint_parameters import WAYPOINT_PARAMETERS, reversed_order
 from ivp_helm.behavior import Behavior
 from ivp_helm.conditions import ConditionSet
 from ivp_helm.ivp import IvPFunction, Peak, couple, zaic_peak, zaic_spd
 from pymoos_lite.config.parameters import ParameterError
-from pymoos_lite.geometry.angles import bearing, project_point
+from pymoos_lite.geometry.angles import bearing
 from pymoos_lite.geometry.attributes import Attributes
 from pymoos_lite.geometry.hints import VisualHints
 from pymoos_lite.geometry.polygon import Polygon
-from pymoos_lite.geometry.segments import nearest_on_segment
 from pymoos_lite.geometry.shapes import Point, SegList
 from pymoos_lite.geometry.specs import (
     erase_point_text,
@@ -272,15 +272,9 @@ class Waypoint(Behavior):
         if config.lead <= 0.0 or self._lead_conditions.first_false(self.buffer) is not None:
             return point
         anchor = self._anchor()
-        if anchor is None or anchor == point:
+        if anchor is None:
             return point
-        foot = nearest_on_segment(*anchor, *point, own.x, own.y)
-        lead = config.lead
-        off = hypot(own.x - foot[0], own.y - foot[1])
-        if config.lead_damper > 0.0 and off < config.lead_damper:
-            lead *= 1.0 + 2.0 * (1.0 - off / config.lead_damper)
-        lead = min(lead, hypot(point[0] - foot[0], point[1] - foot[1]))
-        return project_point(bearing(*anchor, *point), lead, *foot)
+        return track_point(anchor, point, own.x, own.y, config.lead, config.lead_damper)
 
     def _anchor(self) -> XY | None:
         """Where the track line to the current point begins; None on a first leg without `lead_to_start`."""
