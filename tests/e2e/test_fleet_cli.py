@@ -130,6 +130,9 @@ def test_a_launched_fleet_obeys_commands_to_some_and_to_all_and_ends_in_an_order
         result = pymoos("fleet", "retrun", *where)
         assert result.returncode == 1
         assert "did you mean 'return'" in result.stderr
+        result = pymoos("fleet", "station", "zoe", *where)
+        assert (result.returncode, result.stdout) == (1, "")
+        assert result.stderr == "pymoos fleet: no vehicle 'zoe' is connected; there are abe, ben\n"
     finally:
         for client in (abe, ben):
             client.close(0.1)
