@@ -1,4 +1,4 @@
-"""``pymoos bloom``: the figures of the bloom mission, from the logs of a run or the results of a study."""
+"""``pymoos bloom``: pictures and numbers of the bloom mission, from a run's logs or a study's results."""
 
 from __future__ import annotations
 
@@ -63,6 +63,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--step", type=float, default=20.0, metavar="S", help="seconds between frames (default 20)"
     )
     film.add_argument("--out", type=Path, default=Path("bloom.gif"), metavar="FILE", help="default bloom.gif")
+    close = commands.add_parser("encounters", help="who came too close to whom, and what both were doing")
+    close.add_argument(
+        "logs", type=Path, metavar="LOGS", help="folder with the logs of a run (sim's --log-dir)"
+    )
     study = commands.add_parser("study", help="what a study found, against the size of the fleet")
     study.add_argument("results", type=Path, metavar="RESULTS", help="results.csv of a study, or its folder")
     _out_argument(study, "study.png and study.svg")
@@ -103,6 +107,11 @@ def run(args: argparse.Namespace) -> int:
 
             made = diagrams.framework_figure() if args.what == "framework" else diagrams.engine_figure()
             _write(made, args.out, args.what)
+            return 0
+        if args.what == "encounters":
+            from missions.bloom.encounters import encounter_lines, read_encounters
+
+            print("\n".join(encounter_lines(read_encounters(args.logs))))
             return 0
         from missions.bloom.run_log import read_run
 

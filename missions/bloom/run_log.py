@@ -88,7 +88,7 @@ def read_run(folder: Path) -> RunLog:
         LogError: there is no vessel's log in the folder, or one cannot be read.
         OpinionError: no log holds an opinion.
     """
-    vessels = _newest(folder, "LOG_*")
+    vessels = newest_logs(folder, "LOG_*")
     if not vessels:
         raise LogError(f"{folder}: no vessel's log (a folder LOG_NAME_...) in it")
     logs = {name: _entries(path) for name, path in vessels.items()}
@@ -119,7 +119,7 @@ def read_run(folder: Path) -> RunLog:
     )
 
 
-def _newest(folder: Path, pattern: str) -> dict[str, Path]:
+def newest_logs(folder: Path, pattern: str) -> dict[str, Path]:
     """The latest log folder of each name: a folder may hold several runs."""
     found: dict[str, Path] = {}
     for path in sorted(folder.glob(pattern), key=lambda p: (p.stat().st_mtime, p.name)):
@@ -167,7 +167,7 @@ def _held(t: Floats, rows: list[tuple[float, float]], before: float | None = Non
 
 def _circles(folder: Path) -> tuple[CircleEvent, ...]:
     found = []
-    for path in _newest(folder, "XLOG_*").values():
+    for path in newest_logs(folder, "XLOG_*").values():
         for entry in read_entries(read_log(str(path))):
             if entry.name != "VIEW_CIRCLE":
                 continue

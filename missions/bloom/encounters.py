@@ -1,0 +1,150 @@
+"""Who came too close to whom, and what both were doing: read from the logs of a run.
+
+A vessel that samples stands still with its collision avoidance off (gcid.md 15), so nobody but the other one
+keeps clear. Distances are metres, times seconds from the start of the logs.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from math import hypot, inf
+from pathlib import Path
+from typing import TypeVar
+
+from missions.bloom.run_log import newest_logs
+from pymoos_lite.records.alog import AlogEntry, read_entries
+from pymoos_lite.records.csp import RecordError, field_map
+from pymoos_lite.tools.log_reading import LogError, read_log
+
+T = TypeVar("T")
+
+CLOSE = ("collision", "near_miss")
+LOOK_BACK = 120.0
+"""Seconds before a report within which its closest approach is looked for: it comes when both have parted."""
+
+
+@dataclass(frozen=True)
+class Vessel:
+    """What of a vessel's log matters here: (time, x, y), (time, mode), (time, whether sampling)."""
+
+    track: Sequence[tuple[float, float, float]]
+    modes: Sequence[tuple[float, str]]
+    sampling: Sequence[tuple[float, bool]]
+
+
+@dataclass(frozen=True)
+class Encounter:
+    """One closest approach: `cpa` as the referee measured it, `time` and `doing` of both when it was."""
+
+    time: float
+    rank: str
+    cpa: float
+    names: tuple[str, str]
+    doing: tuple[str, str]
+    sampling: tuple[bool, bool]
+
+    def __str__(self) -> str:
+        both = " and ".join(f"{name} ({doing})" for name, doing in zip(self.names, self.doing, strict=True))
+        return f"{self.time:7.0f} s  {self.rank.replace('_', ' '):9}  {self.cpa:5.2f} m  {both}"
+
+
+def read_encounters(folder: Path) -> list[Encounter]:
+    """Every collision and near miss of a run, in order of time.
+
+    Raises:
+        LogError: there is no vessel's or no shoreside's log in the folder, one cannot be read, or not all
+            that was counted is told of.
+    """
+    vessels = {
+        name: _vessel(read_entries(read_log(str(p)))) for name, p in newest_logs(folder, "LOG_*").items()
+    }
+    shores = newest_logs(folder, "XLOG_*")
+    if not vessels or not shores:
+        raise LogError(
+            f"{folder}: it takes the logs of the vessels (LOG_NAME_...) and of the shoreside (XLOG_...)"
+        )
+    found, counted = [], 0.0
+    for path in shores.values():
+        totals = {"COLLISION_TOTAL": 0.0, "NEAR_MISS_TOTAL": 0.0}
+        for entry in read_entries(read_log(str(path))):
+            if entry.name in totals:
+                totals[entry.name] = entry.number or 0.0
+            elif entry.name == "UCD_REPORT":
+                met = _encounter(entry, vessels)
+                if met is not None:
+                    found.append(met)
+        counted += sum(totals.values())
+    if counted > len(found):
+        raise LogError(
+            f"{folder}: {counted:.0f} were counted, but the logs tell of {len(found)}: a run with LOGGING=full tells"
+        )
+    return sorted(found, key=lambda met: met.time)
+
+
+def encounter_lines(found: Sequence[Encounter]) -> list[str]:
+    """One line each, and how many of them had to do with sampling."""
+    lines = [str(met) for met in found]
+    for rank, words in zip(CLOSE, ("collisions", "near misses"), strict=True):
+        of_rank = [met for met in found if met.rank == rank]
+        involved = sum(any(met.sampling) for met in of_rank)
+        lines.append(f"{len(of_rank)} {words}, {involved} of them with a vessel that was sampling")
+    return lines
+
+
+def _encounter(entry: AlogEntry, vessels: Mapping[str, Vessel]) -> Encounter | None:
+    try:
+        fields = field_map("UCD_REPORT", entry.value)
+        rank, cpa = fields["rank"], float(fields["cpa"])
+        names = (fields["vname1"].lower(), fields["vname2"].lower())
+    except (RecordError, KeyError, ValueError):
+        return None
+    if rank not in CLOSE or any(name not in vessels for name in names):
+        return None
+    one, other = (vessels[name] for name in names)
+    time = closest_time(one.track, other.track, entry.time - LOOK_BACK, entry.time)
+    sampling = tuple(bool(_at(v.sampling, time, False)) for v in (one, other))
+    doing = tuple(
+        "sampling" if busy else _at(v.modes, time, "").rpartition(":")[2].lower() or "unknown"
+        for v, busy in zip((one, other), sampling, strict=True)
+    )
+    return Encounter(time, rank, cpa, names, (doing[0], doing[1]), (sampling[0], sampling[1]))
+
+
+def closest_time(
+    one: Sequence[tuple[float, float, float]],
+    other: Sequence[tuple[float, float, float]],
+    begin: float,
+    end: float,
+) -> float:
+    """When two tracks of (time, x, y) were closest between two times; `end` if they say nothing of it."""
+    best, at = inf, end
+    for time, x, y in one[bisect_right(one, (begin, -inf, -inf)) : bisect_right(one, (end, inf, inf))]:
+        i = bisect_right(other, (time, inf, inf)) - 1
+        if i >= 0 and (away := hypot(other[i][1] - x, other[i][2] - y)) <= best:
+            best, at = away, time
+    return at
+
+
+def _at(rows: Sequence[tuple[float, T]], time: float, before: T) -> T:
+    """The last value at a time."""
+    i = bisect_right(rows, time, key=lambda row: row[0]) - 1
+    return rows[i][1] if i >= 0 else before
+
+
+def _vessel(entries: Iterable[AlogEntry]) -> Vessel:
+    track: list[tuple[float, float, float]] = []
+    modes: list[tuple[float, str]] = []
+    sampling: list[tuple[float, bool]] = []
+    x: float | None = None
+    for entry in entries:
+        if entry.name == "NAV_X":
+            x = entry.number
+        elif entry.name == "NAV_Y" and x is not None and entry.number is not None:
+            track.append((entry.time, x, entry.number))
+        elif entry.name == "MODE":
+            modes.append((entry.time, entry.value.strip()))
+        elif entry.name == "WAIT_TO_SAMPLE":
+            sampling.append((entry.time, entry.value.strip() == "true"))
+    return Vessel(sorted(track), modes, sampling)

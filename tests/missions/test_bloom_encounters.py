@@ -1,0 +1,96 @@
+"""Close encounters of the bloom mission, read from logs: which, when, and what both vessels were doing."""
+
+import pytest
+
+from missions.bloom.encounters import closest_time, read_encounters
+from pymoos_lite.tools import cli
+
+HEADER = "%% LOG FILE:       x\n%% FILE OPENED ON  Thu Jan  1 00:00:00 2026\n%% LOGSTART           0.00\n"
+
+
+def line(time, name, value):
+    return f"{time:<15.5f} {name:<20} app            {value}\n"
+
+
+def sail(x_at, mode, samples_from=1e9):
+    """A vessel along y = 0 for two minutes, a position each second."""
+    text = HEADER + line(0.0, "MODE", f"ACTIVE:{mode}") + line(0.0, "WAIT_TO_SAMPLE", "false")
+    for second in range(120):
+        if second >= samples_from:
+            text += line(second, "WAIT_TO_SAMPLE", "true")
+        text += line(second, "NAV_X", x_at(second)) + line(second, "NAV_Y", 0.0)
+    return text
+
+
+def report(time, one, other, rank, cpa):
+    return line(time, "UCD_REPORT", f"cpa={cpa},vname1={one},vname2={other},rank={rank}, alpha=1, beta=2")
+
+
+SHORE = (
+    HEADER
+    + report(70.0, "abe", "ben", "collision", 2.0)
+    + line(70.0, "COLLISION_TOTAL", 1.0)
+    + report(90.0, "abe", "cal", "clear", 15.0)
+    + report(110.0, "cal", "ben", "near_miss", 5.0)
+    + line(110.0, "NEAR_MISS_TOTAL", 1.0)
+)
+
+
+@pytest.fixture
+def logs(tmp_path):
+    def write(shore=SHORE):
+        texts = {
+            "LOG_ABE_1": sail(lambda s: 0.0, "EXPLOITING", samples_from=30),
+            "LOG_BEN_1": sail(lambda s: abs(50 - s) + 2.0, "EXPLORING"),
+            "LOG_CAL_1": sail(lambda s: 5.0 + abs(100 - s), "EXPLOITING"),
+            "XLOG_SHORESIDE_1": shore,
+        }
+        for name, text in texts.items():
+            (tmp_path / name).mkdir()
+            (tmp_path / name / f"{name}.alog").write_text(text)
+        return tmp_path
+
+    return write
+
+
+def test_every_collision_and_near_miss_is_told_with_what_both_were_doing(logs, capsys):
+    found = read_encounters(logs())
+    assert [(met.rank, met.cpa, met.names) for met in found] == [
+        ("collision", 2.0, ("abe", "ben")),
+        ("near_miss", 5.0, ("cal", "ben")),
+    ]
+    assert found[0].time == 50.0, "when they were closest, not when it was reported"
+    assert found[0].doing == ("sampling", "exploring")
+    assert found[0].sampling == (True, False)
+    assert found[1].doing == ("exploiting", "exploring")
+    assert found[1].sampling == (False, False)
+
+
+def test_the_command_prints_them_and_counts_those_with_a_sampling_vessel(logs, capsys):
+    assert cli.main(["bloom", "encounters", str(logs())]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "     50 s  collision   2.00 m  abe (sampling) and ben (exploring)"
+    assert lines[2:] == [
+        "1 collisions, 1 of them with a vessel that was sampling",
+        "1 near misses, 0 of them with a vessel that was sampling",
+    ]
+
+
+def test_logs_that_do_not_tell_of_all_that_was_counted_are_refused(logs, capsys):
+    folder = logs(HEADER + line(70.0, "COLLISION_TOTAL", 2.0) + report(70.0, "abe", "ben", "collision", 2.0))
+    assert cli.main(["bloom", "encounters", str(folder)]) == 1
+    assert "2 were counted, but the logs tell of 1" in capsys.readouterr().err
+
+
+def test_a_folder_without_logs_is_refused(tmp_path, capsys):
+    assert cli.main(["bloom", "encounters", str(tmp_path)]) == 1
+    assert "it takes the logs of the vessels" in capsys.readouterr().err
+
+
+def test_the_closest_moment_is_looked_for_only_between_the_two_times():
+    still = [(float(s), 0.0, 0.0) for s in range(100)]
+    passing = [(float(s), abs(50.0 - s), 0.0) for s in range(100)]
+    assert closest_time(still, passing, 0.0, 99.0) == 50.0
+    assert closest_time(still, passing, 0.0, 30.0) == 30.0
+    assert closest_time(still, passing, 60.0, 99.0) == 60.0
+    assert closest_time([], passing, 0.0, 99.0) == 99.0
