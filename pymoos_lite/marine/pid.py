@@ -50,6 +50,10 @@ class PidParameters:
     thrust_cap: float = 100.0
 
 
+LEAST_STEP = 1e-9
+"""Seconds below which no time has passed: a slope over less is rounding, or overflows."""
+
+
 class ScalarPid:
     """One proportional-integral-derivative loop with a clamped output.
 
@@ -85,15 +89,16 @@ class ScalarPid:
     def step(self, error: float, now: float) -> float | None:
         """The output for `error` at time `now` (s), within +-output_limit.
 
-        Returns the previous output if no time has passed, None if time ran backwards (the caller keeps what
-        it had)."""
+        Returns the previous output if no time (less than LEAST_STEP) has passed, None if time ran backwards
+        (the caller keeps what it had).
+        """
         dt = 0.0
         slope = 0.0
         if self._time is not None:
             dt = now - self._time
             if dt < 0.0:
                 return None
-            if dt == 0.0:
+            if dt < LEAST_STEP:
                 return self._output
             differences = self._differences
             differences.append((error - self._error) / dt)

@@ -6,7 +6,7 @@ import math
 
 import pytest
 from golden_replay import Recording, load, replay
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from pymoos_lite.marine.pid import PidEngine, PidGains, PidParameters, ScalarPid
@@ -352,6 +352,7 @@ def test_a_loop_keeps_its_output_when_no_time_passes_and_abstains_when_time_runs
     st.tuples(*[st.floats(-50, 50)] * 4),
     st.floats(0.0, 100.0),
 )
+@example([(0.0, 0.0), (1.0, 5e-324)], (0.0, 0.0, 0.0, 0.0), 0.0)
 def test_a_loop_never_exceeds_its_output_limit(
     steps: list[tuple[float, float]], gains: tuple[float, float, float, float], limit: float
 ) -> None:
