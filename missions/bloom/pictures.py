@@ -311,10 +311,13 @@ def study_figure(rows: Sequence[Mapping[str, str]]) -> Figure:
         ValueError: no run in the table has these columns.
     """
     made, axes = figure(6.2, 7.2, 2, 1, sharex=True)
-    empty = True
+    sizes: set[int] = set()
+    runs = 0
     for axis, (column, label) in zip(axes, STUDY_PANELS.items(), strict=True):
-        for curve in curves(rows, column):
-            empty = False
+        found = curves(rows, column)
+        runs = max(runs, sum(curve.runs for curve in found))
+        for curve in found:
+            sizes.update(curve.sizes)
             colour, line, marker = METHOD_LOOKS.get(curve.name, ("#444444", "-", "."))
             # Three filled bands over each other are mud: the third method has edges only.
             if curve.name in BANDS:
@@ -324,16 +327,16 @@ def study_figure(rows: Sequence[Mapping[str, str]]) -> Figure:
             axis.plot(
                 curve.sizes, curve.mean, line, color=colour, marker=marker, markersize=5, label=curve.name
             )
-            axis.set_xticks(curve.sizes)
         axis.set_ylabel(label)
         axis.set_ylim(bottom=0.0)
         axis.grid(axis="y", color="#EEEEEE")
-    if empty:
+    if not sizes:
         raise ValueError("the table has no finished run with these columns")
+    axes[1].set_xticks(sorted(sizes))
     axes[1].set_xlabel("vessels")
     handles, labels = axes[0].get_legend_handles_labels()
     made.legend(
         handles, labels, loc="outside upper center", ncols=3, fontsize=9, frameon=False,
-        title="mean; band from least to most", title_fontsize=8,
+        title=f"{runs} runs: mean, and band from least to most", title_fontsize=8,
     )  # fmt: skip
     return made

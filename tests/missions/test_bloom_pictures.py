@@ -223,6 +223,8 @@ def test_the_study_s_curves_are_means_with_least_and_most_over_the_seeds():
     labels = [line.get_label() for line in made.axes[0].lines]
     assert [label for label in labels if not label.startswith("_")] == ["gcid", "static"]
     assert len(labels) == 6, "each with its least and most"
+    assert made.axes[1].get_xticks().tolist() == [4, 8], "the sizes of all methods"
+    assert made.legends[0].get_title().get_text().startswith("4 runs")
     with pytest.raises(ValueError, match="no finished run"):
         study_figure([])
 
