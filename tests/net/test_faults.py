@@ -116,6 +116,9 @@ def test_a_killed_database_comes_back_and_nothing_posted_meanwhile_is_lost(start
     pub.tell("post 0 1000 10")
     for sub in subs:
         sub.hear("received 1000")
+    # What was not acknowledged before the crash is posted again: the new database cannot know that it arrived.
+    assert pub.ask("flush") == "posted"
+    pub.hear("flushed")
     database.kill()
     pub.tell("post 1000 3000 10")
     pub.hear("posted")
