@@ -17,6 +17,7 @@ flatters the reference.
 from __future__ import annotations
 
 import argparse
+import gc
 import statistics
 import tempfile
 import time
@@ -49,6 +50,7 @@ def reference_ms(contacts: int) -> float:
 
 def host_of(mission: str, vehicles: int, seed: int, folder: Path) -> Lockstep:
     """A fleet that has been discovered and deployed."""
+    gc.collect()  # communities hold each other in circles: let the last fleet go before the next begins
     path = find_fleet(mission)
     plan = plan_fleet(load_fleet(path, vehicles, seed), path.resolve().parent, folder, warp=1.0)
     if plan.errors:
