@@ -21,6 +21,8 @@ from pymoos_lite.geometry.specs import erase_point_text, parse_point, point_text
 
 GROWN = 0.05
 """Zones count as this much larger when it comes to who is in them."""
+ORDER_PERIOD = 2.0
+"""Seconds after which an update for a behaviour is posted again."""
 OTHER_ZONE_LABELS = ("one", "two")
 SAMPLE_AROUND = (
     ("cent", 0.0, 0.0),
@@ -108,6 +110,7 @@ class Control:
         self._at = now
         self._posts: list[Post] = []
         self._said: dict[str, Value] = {}
+        self._ordered: dict[str, float] = {}
         self._ignore_due = True
         self._told: Totals | None = None
 
@@ -211,7 +214,7 @@ class Control:
         self._take_away_sampled()
         self._choose_target(now)
         self._want(now)
-        self._steer()
+        self._steer(now)
         if self._ignore_due:
             self._ignore_due = False
             self._post("PROX_SET_IGNORE_LIST", ",".join(sorted(self._contacts - self.explorers)))
@@ -309,15 +312,15 @@ class Control:
         for name, value in zip(("EXPLORE_INPUT", "EXPLOIT_INPUT", "MIGRATE_INPUT"), self.inputs, strict=True):
             self._post(name, value)
 
-    def _steer(self) -> None:
+    def _steer(self, now: float) -> None:
         """Where to go to sample, and where to stay while sampling or waiting."""
         point = self.points.get(self.target or "")
         cx, cy = self._middles[self.zone]
         x, y = point or (cx + self.settings.standby[0], cy + self.settings.standby[1])
         sx, sy = self.sampling_at or (x, y)
         self._post_news("SAMPLE_AVAILABLE", "false" if point is None else "true")
-        self._post_news("SAMPLE_TRAVEL_UPDATE", f"point={x:.2f},{y:.2f}")
-        self._post_news("SAMPLE_UPDATE", f"station_pt={sx:.2f},{sy:.2f}")
+        self._post_order("SAMPLE_TRAVEL_UPDATE", f"point={x:.2f},{y:.2f}", now)
+        self._post_order("SAMPLE_UPDATE", f"station_pt={sx:.2f},{sy:.2f}", now)
 
     # --- migration ---------------------------------------------------------------------------
 
@@ -365,6 +368,13 @@ class Control:
 
     def _post(self, variable: str, value: Value) -> None:
         self._posts.append(Post(variable, value))
+
+    def _post_order(self, variable: str, value: Value, now: float) -> None:
+        """Post an update for a behaviour, and again from time to time: a helm that is parked does not keep it."""
+        if self._said.get(variable) != value or now - self._ordered.get(variable, -inf) >= ORDER_PERIOD:
+            self._said[variable] = value
+            self._ordered[variable] = now
+            self._post(variable, value)
 
     def _post_news(self, variable: str, value: Value) -> None:
         if self._said.get(variable) != value:

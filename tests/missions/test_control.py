@@ -105,6 +105,14 @@ def test_the_nearest_sample_point_nobody_else_is_nearer_to_is_the_target():
     assert values(abe.step(1.5), "SAMPLE_TRAVEL_UPDATE") == []
 
 
+def test_where_to_sample_and_to_wait_is_said_again_for_a_helm_that_was_parked():
+    abe = control()
+    steps = [abe.step(0.25 * k) for k in range(17)]
+    for variable in ("SAMPLE_UPDATE", "SAMPLE_TRAVEL_UPDATE"):
+        said = [bool(values(posts, variable)) for posts in steps]
+        assert said == [k % 8 == 0 for k in range(17)], "at once, and every two seconds"
+
+
 def test_a_vessel_not_heard_of_for_35_seconds_competes_no_more():
     abe = control(option="exploit")
     abe.hear_sample_point("x=-115,y=-280,label=near")
