@@ -41,10 +41,10 @@ WATCHED = (
 )  # fmt: skip
 
 
-def load(out, vehicles=None, **macros):
+def load(out, vehicles=None, settings=None, **macros):
     path = find_fleet("bloom")
     fleet = load_fleet(path, vehicles, 1, ["field"], {**MACROS, **macros})
-    plan = plan_fleet(fleet, path.resolve().parent, out, warp=1.0, settings=SETTINGS)
+    plan = plan_fleet(fleet, path.resolve().parent, out, warp=1.0, settings=settings or SETTINGS)
     assert plan.problems == ()
     return plan
 
@@ -200,6 +200,31 @@ def test_compact_opinions_cost_the_same_few_bytes_in_any_fleet_and_are_heard(tmp
             contacts = {n for n in host.communities[name].database.value("CONTACTS_LIST").split(",") if n}
             assert {neighbour.name for neighbour in app.engine.neighbours} == contacts
         assert host.failures == []
+
+
+@pytest.mark.slow
+def test_static_samplers_wait_for_the_first_bloom_each_at_a_place_of_its_own(tmp_path):
+    plan = load(
+        tmp_path,
+        6,
+        {"uFldBloomStormSim.probability_of_new_bloom": "0"},
+        METHOD="static",
+        OPTIONS="static.opt",
+    )
+    host = Lockstep(1, None, stagger=True)
+    add_fleet(host, plan)
+    deploy_in_lockstep(host, plan)
+    host.run(330.0)
+    middle = ZONES[0].area_centroid
+    samplers = plan.fleet.vehicle_names()[0::2]
+    places = []
+    for name in samplers:
+        database = host.communities[name].database
+        assert database.value("MODE") == "ACTIVE:EXPLOITING"
+        places.append((database.value("NAV_X"), database.value("NAV_Y")))
+    assert len(places) == 3
+    assert all(10.0 < hypot(x - middle[0], y - middle[1]) < 40.0 for x, y in places)
+    assert all(hypot(x - u, y - v) > 25.0 for (x, y), (u, v) in itertools.combinations(places, 2))
 
 
 def digest(out, method, seconds=45.0):
