@@ -292,11 +292,14 @@ def helm() -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("tables", nargs="*", choices=["problems", "build", "size", "helm", []], default=[])
-    wanted = parser.parse_args().tables or ["problems", "build", "size", "helm"]
+    tables = {"problems": problems, "build": builds, "size": sizes, "helm": helm}
+    parser.add_argument("tables", nargs="*", metavar="TABLE", help=f"{', '.join(tables)} (default: all)")
+    wanted = parser.parse_args().tables or list(tables)
+    if unknown := set(wanted) - set(tables):
+        parser.error(f"there is no table {', '.join(sorted(unknown))}; there are {', '.join(tables)}")
     warm_up()
     for name in wanted:
-        {"problems": problems, "build": builds, "size": sizes, "helm": helm}[name]()
+        tables[name]()
 
 
 if __name__ == "__main__":

@@ -1,5 +1,7 @@
 """Study files: what they say, and every mistake with its line."""
 
+from math import isfinite
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -99,7 +101,9 @@ def test_too_many_rows_are_refused():
 
 @given(st.text(max_size=200))
 def test_no_text_makes_the_reader_raise(text):
-    parse_study(text, "s.yaml")
+    found = parse_study(text, "s.yaml")
+    assert found.problems, "no such text names a mission and what to measure"
+    assert all(problem.file == "s.yaml" for problem in found.problems)
 
 
 def test_formulas_compute_as_arithmetic_does():
@@ -124,6 +128,9 @@ def test_a_formula_is_arithmetic_and_nothing_else(text):
 @given(st.text(max_size=60))
 def test_no_text_makes_a_formula_raise_anything_else(text):
     try:
-        parse_formula(text)
-    except FormulaError:
+        formula = parse_formula(text)
+    except FormulaError as error:
+        assert str(error)
         return
+    value = formula.value(dict.fromkeys(formula.names, 2.0))
+    assert value is None or isfinite(value)

@@ -170,6 +170,7 @@ def test_what_an_app_in_the_databases_process_posts_reaches_remote_subscribers()
     town.database.connect("local", town.now)
     town.database.publish("local", Message("NAV_X", 1.0, 2.0, "local"), town.now)
     town.run(lambda: bool(town.mail["sub"]), 1.0)
+    assert town.mail["sub"] == [Message("NAV_X", 1.0, 2.0, "local", "", "alpha")]
 
 
 def test_unregistering_stops_the_mail() -> None:
@@ -348,6 +349,8 @@ def test_registrations_made_while_disconnected_hold_after_a_resumption() -> None
     town.run(town.settled)
     pub.post("LATE", 1.0, 1.0)
     town.run(lambda: values(town.mail["sub"], "LATE") == [1.0], 5.0)
+    assert town.server is not None
+    assert town.server.statistics.resumed == 2, "both went on with what they had"
 
 
 def test_a_silent_client_is_missed_after_the_timeout_and_its_name_is_free() -> None:
@@ -425,6 +428,9 @@ def test_a_name_used_inside_the_databases_process_is_refused_as_well() -> None:
     town.database.connect("app", 0.0)
     app = town.add("app")
     town.run(lambda: app.state is State.REFUSED, 5.0)
+    assert town.database.clients() == ["app"], "the first one keeps its place"
+    assert town.server is not None
+    assert town.server.statistics.admitted == 0
 
 
 def test_with_patience_a_successor_waits_until_its_killed_predecessor_is_missed() -> None:

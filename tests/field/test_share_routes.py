@@ -97,10 +97,11 @@ def test_commands_are_read_in_any_order_and_case():
 @given(st.text(max_size=60))
 def test_any_text_is_a_command_or_a_route_error(text):
     with contextlib.suppress(RouteError):
-        _, values = parse_command(text)
-        parse_output_fields(values, CHANNELS)
+        verb, values = parse_command(text)
+        assert verb in ("input", "output", "remove")
+        assert all(isinstance(share, Share) for share in parse_output_fields(values, CHANNELS))
     with contextlib.suppress(RouteError):
-        parse_output(text, CHANNELS)
+        assert all(share.source for share in parse_output(text, CHANNELS))
 
 
 @pytest.mark.parametrize(

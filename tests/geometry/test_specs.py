@@ -342,7 +342,11 @@ def test_hostile_text_gives_a_shape_or_a_spec_error(text: str) -> None:
     for prefix in ("", "format=", "radial:", "zigzag:", "pts={0,0},"):
         for parse in (parse_point, parse_seglist, parse_polygon, parse_seglr):
             with suppress(SpecError):
-                parse(prefix + text)
+                shape = parse(prefix + text)
+                places = getattr(shape, "points", None) or [
+                    (getattr(shape, "x", 0.0), getattr(shape, "y", 0.0))
+                ]
+                assert all(math.isfinite(x) and math.isfinite(y) for x, y in places)
 
 
 @given(

@@ -160,7 +160,7 @@ def test_no_posts_make_the_history_raise(posts):
     history = History()
     for k, (name, value) in enumerate(posts):
         history.take(Entry(float(k), name, value))
-    list(history.explanation().lines())
+    assert all(isinstance(line, str) for line in history.explanation().lines())
 
 
 # --- the command ------------------------------------------------------------------------------------------

@@ -253,8 +253,9 @@ def test_datagrams_are_large_on_loopback_and_small_elsewhere() -> None:
 
 
 def test_a_free_port_can_be_used() -> None:
-    with contextlib.closing(UdpEndpoint(port=free_port())):
-        pass
+    port = free_port()
+    with contextlib.closing(UdpEndpoint(port=port)) as endpoint:
+        assert endpoint.address[1] == port
 
 
 def test_an_endpoint_survives_peers_that_vanish_and_datagrams_that_do_not_fit() -> None:
