@@ -18,13 +18,12 @@ from ivp_helm.plugins import BehaviorFinder
 from ivp_helm.report import report_lines
 from ivp_helm.settings import HELM_PARAMETERS, HelmSettings
 from pymoos_lite.app import App
+from pymoos_lite.app.datum import mission_geodesy
 from pymoos_lite.app.standard import STANDARD_PARAMETERS
 from pymoos_lite.config.mission import ConfigLine
 from pymoos_lite.config.parameters import Values, unquote
 from pymoos_lite.config.problems import Problem, did_you_mean
 from pymoos_lite.core.message import Message
-from pymoos_lite.geometry.geodesy import Geodesy, GeodesyError
-from pymoos_lite.geometry.text import parse_number
 
 _new_tuple = tuple.__new__  # what Message(...) does, in a third of the time
 ASK_PERIOD = 1.0
@@ -50,7 +49,7 @@ class Helm(App):
             BehaviorFinder(folders),
             name=self.name,
             problems=problems,
-            geodesy=self._geodesy(),
+            geodesy=mission_geodesy(self, needed=False),
             seed=None if context.seed is None else f"{context.seed}:{self.community}:{self.name}",
             stopwatch=float if context.deterministic else process_time,
             listens=self._listens,
@@ -144,19 +143,6 @@ class Helm(App):
         finder = BehaviorFinder(plugin_folders(bound.values, mission_dir, file, problems))
         core = HelmCore(HelmSettings.from_values(bound.values, "check"), content, finder, problems=problems)
         return list(core.problems)[known:]
-
-    def _geodesy(self) -> Geodesy | None:
-        lat, lon = (
-            parse_number(self.mission_global("LatOrigin")),
-            parse_number(self.mission_global("LongOrigin")),
-        )
-        if lat is None or lon is None:
-            return None
-        try:
-            return Geodesy(lat, lon, self.mission_global("geodesy", "utm").lower() or "utm")
-        except GeodesyError as error:
-            self.config_warning(str(error))
-            return None
 
 
 def unknown_lines(lines: Iterable[ConfigLine], file: str) -> list[Problem]:

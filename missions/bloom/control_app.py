@@ -10,10 +10,10 @@ from missions.bloom.control import Control, ControlSettings, standby_offset
 from missions.bloom.inputs import InputSettings
 from missions.bloom.zones import XRAY, YANKEE
 from pymoos_lite.app import App
+from pymoos_lite.app.mail_values import dispatch, finite_number, on_number, on_text, on_truth
 from pymoos_lite.config.parameters import Declaration, Parameter
 from pymoos_lite.core.message import Message
 from pymoos_lite.geometry.specs import parse_polygon
-from pymoos_lite.marine.mail_values import dispatch, finite_number, on_number, on_text, on_truth
 from pymoos_lite.records.node_message import NodeMessage
 from pymoos_lite.records.node_report import NodeReport
 

@@ -7,12 +7,12 @@ import re
 from collections.abc import Iterable
 
 from pymoos_lite.app import App
+from pymoos_lite.app.datum import mission_geodesy
 from pymoos_lite.config.conditions import Condition, parse_condition
 from pymoos_lite.config.parameters import Declaration, Parameter
 from pymoos_lite.core.message import Message, Value
 from pymoos_lite.geometry.attributes import Attributes
 from pymoos_lite.geometry.shapes import Circle
-from pymoos_lite.marine.datum import mission_geodesy
 from pymoos_lite.marine.encounters import Encounter, EncounterReferee, Fix, Ranks
 from pymoos_lite.records.contact_ledger import ContactLedger
 from pymoos_lite.records.csp import Flag, clip, num, parse_flag, parse_number

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from pymoos_lite.app import App
+from pymoos_lite.app.datum import mission_geodesy
+from pymoos_lite.app.mail_values import Handler, HandlerApp, on_level, on_text, on_truth
 from pymoos_lite.config.parameters import Declaration, Parameter
 from pymoos_lite.core.message import Message
 from pymoos_lite.geometry.attributes import Attributes
 from pymoos_lite.geometry.shapes import Circle
+from pymoos_lite.marine.able_orders import AbleOrders
 from pymoos_lite.marine.contact_alerts import apply_request, flag_post
 from pymoos_lite.marine.contact_filter import FILTER_KEYS, ContactFilter
 from pymoos_lite.marine.contact_manager_core import ContactManagerCore, ContactManagerParameters
-from pymoos_lite.marine.datum import mission_geodesy
-from pymoos_lite.marine.mail_values import Handler, dispatch, on_level, on_text, on_truth
 from pymoos_lite.records.contact_ledger import parse_decay
 from pymoos_lite.records.csp import clip, parse_flag, parse_number
 from pymoos_lite.records.view import circle_text
@@ -169,7 +169,7 @@ CONTACT_MANAGER_DECLARATION = Declaration(
 """Parameters of marine_apps.md 5.1."""
 
 
-class ContactManager(App):
+class ContactManager(HandlerApp):
     """Follows contacts from NODE_REPORT, raises alerts, posts summaries."""
 
     PARAMETERS = CONTACT_MANAGER_DECLARATION
@@ -180,17 +180,8 @@ class ContactManager(App):
         for text in values.alert:
             self.core.request_alert(text)
         self._display_radii: bool = values.display_radii
-        self._disabled: list[str] = []
-        self._recent: dict[str, str] = {"disable": "", "enable": ""}
-        self._total_disabled = 0
+        self._orders = AbleOrders(self, "contact", self._ordered, values.max_contacts)
         self._handlers = self._mail_handlers()
-
-    def on_connect(self) -> None:
-        for name in self._handlers:
-            self.register(name)
-
-    def on_mail(self, mail: list[Message]) -> None:
-        dispatch(self, self._handlers, mail)
 
     def iterate(self) -> None:
         for variable, value in self.core.step(self.now):
@@ -259,14 +250,8 @@ class ContactManager(App):
             "BCM_REPORT_REQUEST": on_text(self, lambda told: core.requests.ask(told, self.now)),
             "BCM_DISPLAY_RADII": on_truth(self, lambda on: setattr(self, "_display_radii", on)),
         }
-        for variable, action in (
-            (values.disable_var, "disable"),
-            (values.enable_var, "enable"),
-            (values.expunge_var, "expunge"),
-        ):
-            if variable and variable not in handlers:
-                handlers[variable] = self._able_handler(action)
-        return handlers
+        orders = self._orders.handlers(values.disable_var, values.enable_var, values.expunge_var)
+        return {**orders, **handlers}
 
     # --- mail --------------------------------------------------------------------------------
 
@@ -280,33 +265,9 @@ class ContactManager(App):
         core = self.core
         core.helm_drives = core.helm_drives or message.text.upper().startswith("DRIVE")
 
-    def _able_handler(self, action: str) -> Handler:
-        return on_text(self, lambda told: self._able(action, told))
-
-    def _able(self, action: str, told: str) -> None:
-        """Pass a wish about one contact, or all of one source, on to the helm's contact behaviours."""
-        key, equals, value = (part.strip() for part in told.partition("="))
-        if not equals:
-            key, value = "contact", key
-        if key.lower() not in ("contact", "vsource") or not value or "," in value:
-            raise ValueError("expected a name, contact=name or vsource=source")
-        self.notify("BHV_ABLE_FILTER", f"{key.lower()}={value},action={action}")
-        if action == "expunge":
-            return
-        self._recent[action] = value
-        if action == "disable":
-            self._total_disabled += 1
-            if value not in self._disabled and len(self._disabled) < self.config.max_contacts:
-                self._disabled.append(value)
-        elif value in self._disabled:
-            self._disabled.remove(value)
-        macros = {
-            "RECENT_DISABLED": self._recent["disable"],
-            "RECENT_ENABLED": self._recent["enable"],
-            "TOTAL_DISABLED": str(self._total_disabled),
-            "ALL_DISABLED": ",".join(self._disabled),
-        }
+    def _ordered(self, action: str) -> None:
         flags = self.config.disable_flag if action == "disable" else self.config.enable_flag
+        macros = self._orders.macros()
         for flag in (*self.config.able_flag, *flags):
             self.notify(*flag_post(flag, macros))
 

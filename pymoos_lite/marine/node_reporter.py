@@ -7,11 +7,11 @@ import os
 from collections.abc import Iterable
 
 from pymoos_lite.app import App
+from pymoos_lite.app.datum import mission_geodesy
+from pymoos_lite.app.mail_values import MAX_MAGNITUDE, Handler, HandlerApp, on_number, on_truth
 from pymoos_lite.core.message import Message
 from pymoos_lite.geometry.angles import angle180, angle360
-from pymoos_lite.marine.datum import mission_geodesy
 from pymoos_lite.marine.helm_status import HelmStatus
-from pymoos_lite.marine.mail_values import MAX_MAGNITUDE, Handler, dispatch, on_number, on_truth
 from pymoos_lite.marine.node_reporter_config import NODE_REPORTER_DECLARATION
 from pymoos_lite.marine.ownship_state import (
     NAV_NUMBERS,
@@ -30,7 +30,7 @@ _MAX_EXTRAPOLATION = 5.0  # s
 _WAITING = "Waiting for NAV_X/Y or NAV_LAT/LONG"
 
 
-class NodeReporter(App):
+class NodeReporter(HandlerApp):
     """Publishes NODE_REPORT_LOCAL; see `PARAMETERS` for what shapes it."""
 
     PARAMETERS = NODE_REPORTER_DECLARATION
@@ -70,13 +70,9 @@ class NodeReporter(App):
         self._handlers = self._mail_handlers()
 
     def on_connect(self) -> None:
-        for name in self._handlers:
-            self.register(name)
+        super().on_connect()
         if self.iteration == 0 and not self.context.deterministic:
             self.notify("PNODEREPORTER_PID", float(os.getpid()))
-
-    def on_mail(self, mail: list[Message]) -> None:
-        dispatch(self, self._handlers, mail)
 
     def iterate(self) -> None:
         now = self.now

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from pymoos_lite.app import App
+from pymoos_lite.app.datum import mission_geodesy
+from pymoos_lite.app.mail_values import Handler, HandlerApp, on_text
 from pymoos_lite.config.parameters import Declaration, Parameter
 from pymoos_lite.core.message import Message
 from pymoos_lite.geometry.specs import parse_polygon
-from pymoos_lite.marine.datum import mission_geodesy
 from pymoos_lite.marine.encounters import Fix, Ranks
-from pymoos_lite.marine.mail_values import Handler, dispatch, on_text
 from pymoos_lite.marine.obstacle_encounters import ObstacleEncounter, ObstacleReferee
 from pymoos_lite.records.contact_ledger import ContactLedger
 from pymoos_lite.records.csp import Flag, clip, num, parse_flag
@@ -30,7 +29,7 @@ def _flags(name: str, doc: str) -> Parameter:
     )
 
 
-class ObstacleCollisions(App):
+class ObstacleCollisions(HandlerApp):
     """Finds how close vessels come to known obstacles, ranks it and counts."""
 
     DEFAULT_TICK = 4.0
@@ -61,13 +60,6 @@ class ObstacleCollisions(App):
             "KNOWN_OBSTACLE": on_text(self, self._hear_obstacle),
             "KNOWN_OBSTACLE_CLEAR": on_text(self, lambda label: self.referee.clear(label.strip(), self.now)),
         }
-
-    def on_connect(self) -> None:
-        for name in self._handlers:
-            self.register(name)
-
-    def on_mail(self, mail: list[Message]) -> None:
-        dispatch(self, self._handlers, mail)
 
     def iterate(self) -> None:
         config = self.config

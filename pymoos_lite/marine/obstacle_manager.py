@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from pymoos_lite.app import App
+from pymoos_lite.app.mail_values import Handler, HandlerApp, on_number, on_text
 from pymoos_lite.config.parameters import Declaration, Parameter
-from pymoos_lite.core.message import Message
 from pymoos_lite.geometry.specs import parse_polygon
+from pymoos_lite.marine.able_orders import AbleOrders
 from pymoos_lite.marine.contact_alerts import flag_post
-from pymoos_lite.marine.mail_values import Handler, dispatch, on_number, on_text
 from pymoos_lite.marine.obstacle_manager_core import (
     AlertRequest,
     ObstacleManagerCore,
@@ -50,7 +49,11 @@ def _custom(name: str, parse: Any, default: Any, unit: str, doc: str, **more: An
     return Parameter(name, "custom", default, unit, doc, parse=parse, **more)
 
 
-class ObstacleManager(App):
+_ORDERS_KEPT = 200
+"""Names of obstacles switched off that are remembered."""
+
+
+class ObstacleManager(HandlerApp):
     """Follows given obstacles and clusters of points, and tells the helm of those nearby."""
 
     PARAMETERS = Declaration(
@@ -152,18 +155,12 @@ class ObstacleManager(App):
                 self.config_warning(f"given_obstacle: {error}")
         if v.point_var == "GIVEN_OBSTACLE":
             self.config_warning("point_var cannot be GIVEN_OBSTACLE, which carries polygons")
-        self._disabled: list[str] = []
-        self._recent = {"disable": "", "enable": ""}
-        self._total_disabled = 0
+        self._orders = AbleOrders(self, "obstacle_id", self._ordered, _ORDERS_KEPT)
         self._handlers = self._mail_handlers()
 
     def on_connect(self) -> None:
-        for name in self._handlers:
-            self.register(name)
+        super().on_connect()
         self.notify("OBM_CONNECT", "true")
-
-    def on_mail(self, mail: list[Message]) -> None:
-        dispatch(self, self._handlers, mail)
 
     def iterate(self) -> None:
         core = self.core
@@ -197,35 +194,10 @@ class ObstacleManager(App):
         }
         if values.point_var not in handlers:
             handlers[values.point_var] = on_text(self, lambda told: core.hear_point(told, self.now))
-        for variable, action in (
-            (values.disable_var, "disable"),
-            (values.enable_var, "enable"),
-            (values.expunge_var, "expunge"),
-        ):
-            if variable and variable not in handlers:
-                handlers[variable] = self._able_handler(action)
-        return handlers
+        orders = self._orders.handlers(values.disable_var, values.enable_var, values.expunge_var)
+        return {**orders, **handlers}
 
-    def _able_handler(self, action: str) -> Handler:
-        return on_text(self, lambda told: self._able(action, told))
-
-    def _able(self, action: str, told: str) -> None:
-        """Pass a wish about one obstacle, or all of one source, on to the helm's obstacle behaviours."""
-        key, equals, value = (part.strip() for part in told.partition("="))
-        if not equals:
-            key, value = "obstacle_id", key
-        if key.lower() not in ("obstacle_id", "vsource") or not value or "," in value:
-            raise ValueError("expected an id, obstacle_id=id or vsource=source")
-        self.notify("BHV_ABLE_FILTER", f"{key.lower()}={value},action={action}")
-        if action == "expunge":
-            return
-        self._recent[action] = value
-        if action == "disable":
-            self._total_disabled += 1
-            if value not in self._disabled:
-                self._disabled = [*self._disabled[-199:], value]
-        elif value in self._disabled:
-            self._disabled.remove(value)
+    def _ordered(self, action: str) -> None:
         flags = self.config.disable_flag if action == "disable" else self.config.enable_flag
         self._post_flags([*self.config.able_flag, *flags])
 
@@ -233,10 +205,7 @@ class ObstacleManager(App):
         macros = {
             "OBS_NOW": str(len(self.core.obstacles)),
             "OBS_EVER": str(self.core.ever),
-            "RECENT_DISABLED": self._recent["disable"],
-            "RECENT_ENABLED": self._recent["enable"],
-            "TOTAL_DISABLED": str(self._total_disabled),
-            "ALL_DISABLED": ",".join(self._disabled),
+            **self._orders.macros(),
         }
         for flag in flags:
             self.notify(*flag_post(flag, macros))

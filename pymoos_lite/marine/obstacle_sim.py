@@ -7,14 +7,13 @@ import random
 from collections.abc import Iterable
 from dataclasses import replace
 
-from pymoos_lite.app import App
+from pymoos_lite.app.datum import mission_geodesy
+from pymoos_lite.app.mail_values import Handler, HandlerApp, on_text
 from pymoos_lite.config.parameters import Declaration, Parameter
 from pymoos_lite.core.message import Message
 from pymoos_lite.geometry.attributes import Attributes
 from pymoos_lite.geometry.shapes import Point
 from pymoos_lite.geometry.specs import erase_seglist_text, point_text, seglist_text
-from pymoos_lite.marine.datum import mission_geodesy
-from pymoos_lite.marine.mail_values import Handler, dispatch, on_text
 from pymoos_lite.marine.obstacle_field import (
     ObstacleField,
     known_obstacle_text,
@@ -41,7 +40,7 @@ def _size(name: str, default: float, doc: str) -> Parameter:
     return Parameter(name, "number", default, "px", doc, low=0.0)
 
 
-class ObstacleSim(App):
+class ObstacleSim(HandlerApp):
     """Tells vehicles of obstacles, as polygons or as points that they could sense, and makes new ones."""
 
     PARAMETERS = Declaration(
@@ -105,13 +104,9 @@ class ObstacleSim(App):
         }
 
     def on_connect(self) -> None:
-        for name in self._handlers:
-            self.register(name)
+        super().on_connect()
         self.notify("PLOGGER_CMD", f"COPY_FILE_REQUEST = {self.mission_path(self.config.obstacle_file)}")
         self.notify("UFOS_MIN_RNG", self.field.min_range)
-
-    def on_mail(self, mail: list[Message]) -> None:
-        dispatch(self, self._handlers, mail)
 
     def iterate(self) -> None:
         values = self.config

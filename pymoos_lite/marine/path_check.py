@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from pymoos_lite.app import App
+from pymoos_lite.app.mail_values import Handler, HandlerApp
 from pymoos_lite.config.parameters import Declaration, Parameter
 from pymoos_lite.core.message import Message
 from pymoos_lite.marine.encounters import Fix
-from pymoos_lite.marine.mail_values import Handler, dispatch
 from pymoos_lite.marine.odometry import Odometer
 from pymoos_lite.records.csp import clip
 from pymoos_lite.records.node_report import NodeReport
@@ -16,7 +15,7 @@ from pymoos_lite.records.node_report import NodeReport
 _MAX_VESSELS = 2000
 
 
-class PathCheck(App):
+class PathCheck(HandlerApp):
     """Odometers of all vessels that report."""
 
     PARAMETERS = Declaration(
@@ -37,13 +36,6 @@ class PathCheck(App):
         self.odometers: dict[str, Odometer] = {}
         self._told: dict[str, str] = {}
         self._handlers: dict[str, Handler] = {"NODE_REPORT": self._hear, "UPC_TRIP_RESET": self._reset}
-
-    def on_connect(self) -> None:
-        for name in self._handlers:
-            self.register(name)
-
-    def on_mail(self, mail: list[Message]) -> None:
-        dispatch(self, self._handlers, mail)
 
     def iterate(self) -> None:
         for name, odometer in self.odometers.items():

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import ClassVar
 
-from pymoos_lite.app import App
-from pymoos_lite.core.message import Message
-from pymoos_lite.marine.mail_values import Handler, dispatch, on_number
+from pymoos_lite.app.mail_values import Handler, HandlerApp, on_number
 from pymoos_lite.marine.pid import PidEngine
 from pymoos_lite.marine.pid_config import PID_DECLARATION, pid_parameters, warn_of_missing_gains
 from pymoos_lite.marine.pid_inputs import PidInputs
@@ -16,7 +14,7 @@ from pymoos_lite.records.csp import num
 _MAX_SKEW = 360.0  # s; older or newer stamps come from another clock
 
 
-class PidController(App):
+class PidController(HandlerApp):
     """Drives rudder, thrust and elevator from DESIRED_* and NAV_*.
 
     Publishes each iteration while it has control. When control is lost it posts zeros once, then stays
@@ -43,13 +41,6 @@ class PidController(App):
         self._stopped = False
         self._debug = values.heading_debug or values.speed_debug or values.depth_debug
         warn_of_missing_gains(values, self.given, self.config_warning)
-
-    def on_connect(self) -> None:
-        for name in self._handlers:
-            self.register(name)
-
-    def on_mail(self, mail: list[Message]) -> None:
-        dispatch(self, self._handlers, mail)
 
     def iterate(self) -> None:
         engine = self.engine

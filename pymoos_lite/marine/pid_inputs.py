@@ -9,9 +9,9 @@ import math
 from collections.abc import Callable
 
 from pymoos_lite.app import App
+from pymoos_lite.app.mail_values import MAX_MAGNITUDE, Handler, finite_number, on_number, on_truth
 from pymoos_lite.core.message import Message
 from pymoos_lite.geometry.angles import angle360
-from pymoos_lite.marine.mail_values import MAX_MAGNITUDE, Handler, finite_number, on_number, on_truth
 from pymoos_lite.marine.pid import PidEngine
 from pymoos_lite.records.csp import clip, num
 

@@ -10,15 +10,13 @@ from collections.abc import Iterable
 from dataclasses import replace
 from math import hypot, inf
 
-from pymoos_lite.app import App
+from pymoos_lite.app.mail_values import HandlerApp, on_number, on_text
 from pymoos_lite.config.parameters import Declaration, Parameter, parse_number
-from pymoos_lite.core.message import Message
 from pymoos_lite.geometry.attributes import Attributes
 from pymoos_lite.geometry.polygon import Polygon
 from pymoos_lite.geometry.shapes import XY
 from pymoos_lite.geometry.specs import erase_seglist_text, parse_polygon, seglist_text
 from pymoos_lite.geometry.voronoi import voronoi_cell
-from pymoos_lite.marine.mail_values import dispatch, on_number, on_text
 from pymoos_lite.records.csp import parse_bool
 from pymoos_lite.records.node_report import NodeReport
 
@@ -40,7 +38,7 @@ def _names(text: str) -> list[str]:
     return [name for name in (part.strip().lower() for part in text.split(",")) if name]
 
 
-class Proxonoi(App):
+class Proxonoi(HandlerApp):
     """Cuts the own cell out of the region by the bisector towards each other vessel in it."""
 
     DEFAULT_TICK = 2.0
@@ -88,13 +86,6 @@ class Proxonoi(App):
             config.region_update_var: on_text(self, self._take_region),
             config.ignore_list_update_var: on_text(self, self._take_ignored),
         }
-
-    def on_connect(self) -> None:
-        for name in self._handlers:
-            self.register(name)
-
-    def on_mail(self, mail: list[Message]) -> None:
-        dispatch(self, self._handlers, mail)
 
     # --- mail --------------------------------------------------------------------------------
 

@@ -9,14 +9,13 @@ import math
 from collections.abc import Callable, Iterable
 from typing import ClassVar
 
-from pymoos_lite.app import App
+from pymoos_lite.app.datum import mission_geodesy
+from pymoos_lite.app.mail_values import Handler, HandlerApp, finite_number, on_number, on_text, on_truth
 from pymoos_lite.core.message import Message
 from pymoos_lite.geometry.angles import angle360
 from pymoos_lite.geometry.attributes import Attributes
 from pymoos_lite.marine.buoyancy import BuoyancyJobs
-from pymoos_lite.marine.datum import mission_geodesy
 from pymoos_lite.marine.drift import Drift
-from pymoos_lite.marine.mail_values import Handler, dispatch, finite_number, on_number, on_text, on_truth
 from pymoos_lite.marine.navigation_output import NavigationOutput
 from pymoos_lite.marine.pid import PidEngine
 from pymoos_lite.marine.pid_config import pid_parameters, wants_pid, warn_of_missing_gains
@@ -42,7 +41,7 @@ _MAX_SKEW = 1360.0  # s; the controller on board disbelieves desired values stam
 _WIND_SHOWN_EVERY = 50  # iterations
 
 
-class Simulator(App):
+class Simulator(HandlerApp):
     """uSimMarineV22: one vessel, its navigation published at every second iteration."""
 
     PARAMETERS = V22_DECLARATION
@@ -83,13 +82,6 @@ class Simulator(App):
         self._tunnel = Tunnel(self._wormholes) if self._wormholes else None
         self._outputs = self._navigation_outputs()
         self._handlers = self._mail_handlers()
-
-    def on_connect(self) -> None:
-        for name in self._handlers:
-            self.register(name)
-
-    def on_mail(self, mail: list[Message]) -> None:
-        dispatch(self, self._handlers, mail)
 
     def iterate(self) -> None:
         now = self.now

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from pymoos_lite.app import App
+from pymoos_lite.app.base import App
 from pymoos_lite.core.message import Message
 from pymoos_lite.records.csp import clip, parse_bool
 
@@ -95,3 +95,16 @@ def dispatch(app: App, handlers: dict[str, Handler], mail: list[Message]) -> Non
             handler(message)
         else:
             app.run_warning(f"Unhandled Mail: {clip(message.name, 40)}")
+
+
+class HandlerApp(App):
+    """An app with a handler for each variable it wants to hear of, in `_handlers`, made by `on_start_up`."""
+
+    _handlers: dict[str, Handler]
+
+    def on_connect(self) -> None:
+        for name in self._handlers:
+            self.register(name)
+
+    def on_mail(self, mail: list[Message]) -> None:
+        dispatch(self, self._handlers, mail)
