@@ -6,6 +6,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from mypy_extensions import mypyc_attr
 from numpy.typing import NDArray
 
 from behaviors import _kernels
@@ -73,6 +74,7 @@ def _lattice(plane: Domain) -> tuple[Tiling, Array, Array]:
     return tiling, speeds[speed] * east[course], speeds[speed] * north[course]
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class AvoidanceBehavior(ContactBehavior):
     """Base of behaviours that keep away from one vessel: distances that stay in order, and when to end."""
 
@@ -151,6 +153,7 @@ class AvoidanceBehavior(ContactBehavior):
         return table
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class AvoidCollision(AvoidanceBehavior):
     """Prefers courses and speeds whose closest approach to the contact is far enough."""
 

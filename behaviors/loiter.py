@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from math import hypot
 
+from mypy_extensions import mypyc_attr
+
 from behaviors.arrival import ArrivalEngine
 from behaviors.forms import tolerant_hints
 from behaviors.loiter_entry import better_clockwise, entry
@@ -50,6 +52,7 @@ HINT_KEYS = (
 )
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class Loiter(Behavior):
     """Goes around a polygon for ever, vertex by vertex, in either direction.
 

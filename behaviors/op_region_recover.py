@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import lru_cache
 
+from mypy_extensions import mypyc_attr
+
 from behaviors import forms
 from behaviors.perimeter import Perimeter
 from behaviors.region_watch import RegionWatch
@@ -28,6 +30,7 @@ def recovery_speed(domain: Domain) -> IvPFunction:
     return zaic_spd(domain, "speed", 0.3, 0.1, 0.5, 0.0, 0.0, 80.0, 30.0)
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class OpRegionRecover(Behavior):
     """Steers a vessel slowly back into a region it was in and has left; no opinion inside.
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from math import atan2, degrees, hypot
 
+from mypy_extensions import mypyc_attr
+
 from behaviors import forms
 from behaviors.steering import coupled, course_peak, speed_peak
 from ivp_helm.behavior import Behavior
@@ -47,6 +49,7 @@ def rotate_course(x: float, y: float, center: XY, radius: float) -> float:
     return angle360(tangent - 90.0)
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class SearchControl(Behavior):
     """Moves about in a region; with a `_speed` mode, random legs get random speeds of 1, 2 .. `speed_max`."""
 

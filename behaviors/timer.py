@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from mypy_extensions import mypyc_attr
+
 from behaviors import forms
 from ivp_helm.behavior import Behavior
 from pymoos_lite.config.parameters import Declaration
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class Timer(Behavior):
     """Has no opinion; tells how long it ran and idled, and completes after its `duration`."""
 

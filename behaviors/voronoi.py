@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from math import hypot
 
+from mypy_extensions import mypyc_attr
+
 from behaviors import forms
 from behaviors.steering import coupled, course_peak, speed_peak
 from ivp_helm.behavior import Behavior
@@ -23,6 +25,7 @@ BASE_WIDTH, SUMMIT_DELTA = 1.6, 20.0
 SLIPPING_LEAST = 0.1  # of the relevance of an activated vessel
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class Voronoi(Behavior):
     """Sails to a set point in the own cell while it is far from it, and lets go the nearer it comes.
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from math import hypot
 
+from mypy_extensions import mypyc_attr
+
 from behaviors.arrival import XY, ArrivalEngine
 from behaviors.efficiency import Efficiency
 from behaviors.track_line import track_point
@@ -45,6 +47,7 @@ HINTS = VisualHints(
 )
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class Waypoint(Behavior):
     """Traverses points in order, steering for each one or for a point of the track line ahead."""
 

@@ -21,12 +21,9 @@ import gc
 import statistics
 import tempfile
 import time
-from collections import defaultdict
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
-from pymoos_lite.app.runner import AppRunner
+from pymoos_lite import compiled
 from pymoos_lite.hosts.fleet import add_fleet, deploy_in_lockstep, find_fleet, load_fleet, plan_fleet
 from pymoos_lite.hosts.lockstep import Lockstep
 
@@ -69,31 +66,11 @@ def cpu_seconds(host: Lockstep, duration: float) -> float:
     return time.process_time() - began
 
 
-@contextmanager
-def profiled() -> Iterator[dict[str, list[float]]]:
-    """Times of all steps, in seconds, by name of the app."""
-    times: dict[str, list[float]] = defaultdict(list)
-    plain = AppRunner.step
-
-    def step(self: AppRunner, now: float) -> None:
-        began = time.perf_counter()
-        try:
-            plain(self, now)
-        finally:
-            times[self.name].append(time.perf_counter() - began)
-
-    AppRunner.step = step  # type: ignore[method-assign]
-    try:
-        yield times
-    finally:
-        AppRunner.step = plain  # type: ignore[method-assign]
-
-
 def profile(mission: str, vehicles: int, duration: float, seed: int) -> None:
     with tempfile.TemporaryDirectory() as folder:
         host = host_of(mission, vehicles, seed, Path(folder))
-        with profiled() as times:
-            host.run(duration)
+        times = host.step_times = {}
+        host.run(duration)
         host.stop()
     total = sum(map(sum, times.values()))
     per = 1000.0 / (duration * vehicles)
@@ -157,6 +134,7 @@ def main() -> None:
     )
     parser.add_argument("--seed", type=int, default=1)
     args = parser.parse_args()
+    print(f"hot modules: {compiled.state()}")
     profile(args.mission, args.vehicles, args.duration, args.seed)
     if args.curve:
         curve(args.mission, args.curve, args.duration, args.repeat, args.seed)

@@ -11,6 +11,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from time import process_time
 
+from mypy_extensions import mypyc_attr
+
 from ivp_helm.behavior_file import BehaviorFile, merge, read_behavior_file
 from ivp_helm.helm import HelmCore
 from ivp_helm.ivp import warm_up
@@ -30,6 +32,7 @@ ASK_PERIOD = 1.0
 """Mission seconds after which it is asked again whether anybody reads functions and reasons."""
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class Helm(App):
     """Decides heading, speed (and depth) by interval programming."""
 

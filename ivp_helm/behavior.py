@@ -43,6 +43,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
+from mypy_extensions import mypyc_attr
+
 from ivp_helm.conditions import holds
 from ivp_helm.configurable import Configurable
 from ivp_helm.flags import Flag
@@ -75,6 +77,7 @@ class Post(NamedTuple):
     retracts: bool = False
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class Behavior(Configurable):
     """Base of all behaviours; see the module for the life cycle."""
 

@@ -9,6 +9,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, ClassVar
 
+from mypy_extensions import mypyc_attr
+
 from ivp_helm.base_parameters import BASE_PARAMETERS, FLAG_KEYS
 from ivp_helm.conditions import ConditionSet, parse_condition, variables_of
 from ivp_helm.flags import Flag
@@ -17,11 +19,12 @@ from pymoos_lite.config.parameters import Declaration, ParameterError, Values
 POLICIES = ("open", "lean", "dire")
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class Configurable:
     """Holds typed parameter values in `config`; a method ``set_<parameter>`` takes over where storing is not enough."""
 
     BASE_PARAMETERS: ClassVar[Declaration] = BASE_PARAMETERS
-    """Parameters shared by all of its kind, with the defaults of this class."""
+    """Parameters shared by all of its kind; see `base_declaration` for the defaults of this class."""
     PARAMETERS: ClassVar[Declaration] = Declaration()
     """The parameters of this class."""
     DEFAULTS: ClassVar[Mapping[str, Any]] = {}
@@ -30,14 +33,6 @@ class Configurable:
     """Variables it reads from the buffer, apart from NAV_* and those named by parameters."""
 
     _declared: ClassVar[Declaration | None] = None
-
-    def __init_subclass__(cls, **more: Any) -> None:
-        super().__init_subclass__(**more)
-        changed = [
-            replace(p, default=cls.DEFAULTS[p.key]) for p in cls.BASE_PARAMETERS if p.key in cls.DEFAULTS
-        ]
-        if changed:
-            cls.BASE_PARAMETERS = cls.BASE_PARAMETERS + Declaration(tuple(changed))
 
     def __init__(self) -> None:
         self.config: Values = self.declaration().defaults()
@@ -51,10 +46,19 @@ class Configurable:
     @classmethod
     def declaration(cls) -> Declaration:
         """The parameters of every behaviour and of this class."""
-        found = cls.__dict__.get("_declared")
+        found: Declaration | None = vars(cls).get("_declared")
         if found is None:
-            found = cls._declared = cls.BASE_PARAMETERS + cls.PARAMETERS
+            found = cls._declared = cls.base_declaration() + cls.PARAMETERS
         return found
+
+    @classmethod
+    def base_declaration(cls) -> Declaration:
+        """`BASE_PARAMETERS` with the defaults of this class and of those it is made from."""
+        defaults: dict[str, Any] = {}
+        for kind in reversed(cls.__mro__):
+            defaults.update(vars(kind).get("DEFAULTS", {}))
+        changed = [replace(p, default=defaults[p.key]) for p in cls.BASE_PARAMETERS if p.key in defaults]
+        return cls.BASE_PARAMETERS + Declaration(tuple(changed)) if changed else cls.BASE_PARAMETERS
 
     def set_parameter(self, name: str, text: str) -> None:
         """Give one parameter its value, as a line of a block or of an update does.

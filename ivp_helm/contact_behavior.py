@@ -30,6 +30,7 @@ from collections.abc import Callable
 from typing import ClassVar
 
 import numpy as np
+from mypy_extensions import mypyc_attr
 from numpy.typing import NDArray
 
 from ivp_helm.base_parameters import BASE_PARAMETERS
@@ -72,6 +73,7 @@ _STATE_MACROS: dict[str, Callable[[RelativeState], float | bool]] = {
 }
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class ContactBehavior(Behavior):
     """Base of behaviours about one contact; see the module."""
 

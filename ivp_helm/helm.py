@@ -13,6 +13,8 @@ import random
 from collections.abc import Callable, Sequence
 from typing import Literal, NamedTuple
 
+from mypy_extensions import mypyc_attr
+
 from ivp_helm import allstop
 from ivp_helm.allstop import AllStop
 from ivp_helm.announcer import Announcer, Count
@@ -64,6 +66,7 @@ class Trace(NamedTuple):
     modes: str
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class HelmCore:
     """See the module.
 

@@ -11,6 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from mypy_extensions import mypyc_attr
+
 from ivp_helm.behavior import Behavior, BehaviorError
 from ivp_helm.duration import DurationClock
 from ivp_helm.ivp import IvPError, IvPFunction
@@ -38,6 +40,7 @@ class Outcome(NamedTuple):
     """It posted an error, or raised: the helm stops the vehicle."""
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Origin:
     """Where a behaviour comes from: its type in the mission file, the template's name if it was
@@ -75,7 +78,7 @@ class Life:
         self._flags_armed = True
         self._last_time = behavior.now
         self._reset_stamp = -1.0
-        self._raw: IvPFunction | None = None
+        self._raw: object = None
         self._completion_told = False
         self._status_key: tuple[object, ...] = ()
         self._status = ""
@@ -401,8 +404,8 @@ class Life:
             return hook()
         except (MissingOwnship, BehaviorError) as error:
             self.behavior.error(str(error))
-        except Exception as error:
-            self.behavior.error(describe_raise(getattr(hook, "__name__", "a hook"), error))
+        except Exception as fault:
+            self.behavior.error(describe_raise(getattr(hook, "__name__", "a hook"), fault))
         return None
 
     def _guarded(self, function: Callable[..., Any], *arguments: object) -> Any:

@@ -16,6 +16,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from operator import is_
 
+from mypy_extensions import mypyc_attr
+
 from ivp_helm.conditions import Condition, ConditionSet, variables_of
 from ivp_helm.info_buffer import InfoBuffer
 from pymoos_lite.config.conditions import Reference, Relation, delta_base
@@ -33,6 +35,7 @@ def prefix_of(variable: str, condition: Condition) -> str | None:
     return None
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True)
 class ModeEntry:
     """One `set` block; `line` is that of its header."""
@@ -59,6 +62,7 @@ class ModeEntry:
         return f"set {self.variable} = {self.value} {{\n{body}}} {self.else_value}".rstrip() + "\n"
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class _Compiled:
     variable: str

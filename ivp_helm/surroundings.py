@@ -6,9 +6,8 @@ by hand. Angles are degrees clockwise from north, x east, y north, metres, secon
 
 from __future__ import annotations
 
-import random
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from random import Random
 from typing import TYPE_CHECKING, NamedTuple
 
 from ivp_helm.info_buffer import InfoBuffer
@@ -35,21 +34,34 @@ class MissingOwnship(Exception):
     """Own ship's position or heading was never received: a behaviour that needs it cannot decide."""
 
 
-@dataclass
 class Surroundings:
-    """See the module. `contacts` maps a vessel's name (exact spelling) to what the ledger knows of it."""
+    """See the module. `contacts` maps a vessel's name (exact spelling) to what the ledger knows of it.
 
-    domain: Domain
-    buffer: InfoBuffer = field(default_factory=InfoBuffer)
-    community: str = "ownship"
-    own: Ownship | None = None
-    contacts: Mapping[str, Contact] = field(default_factory=dict)
-    platform: Platform = field(default_factory=lambda: _new_platform())  # noqa: PLW0108
-    """Own ship's turn model (``platform.model``) and turn rate."""
-    random: random.Random = field(default_factory=lambda: random.Random(0))
-    comms_policy: str = "open"
-    geodesy: Geodesy | None = None
-    """The mission's local grid, where there is one."""
+    `platform` has own ship's turn model (``platform.model``) and turn rate; `geodesy` is the mission's local
+    grid, where there is one.
+    """
+
+    def __init__(
+        self,
+        domain: Domain,
+        buffer: InfoBuffer | None = None,
+        community: str = "ownship",
+        own: Ownship | None = None,
+        contacts: Mapping[str, Contact] | None = None,
+        platform: Platform | None = None,
+        random: Random | None = None,
+        comms_policy: str = "open",
+        geodesy: Geodesy | None = None,
+    ) -> None:
+        self.domain = domain
+        self.buffer = InfoBuffer() if buffer is None else buffer
+        self.community = community
+        self.own = own
+        self.contacts: Mapping[str, Contact] = {} if contacts is None else contacts
+        self.platform = _new_platform() if platform is None else platform
+        self.random = Random(0) if random is None else random
+        self.comms_policy = comms_policy
+        self.geodesy = geodesy
 
     @property
     def now(self) -> float:

@@ -5,3 +5,5 @@ Read in this order: `model` (the equation, its kernels in `kernels`), `theory` a
 options to behaviours), `graphs` and `population` (many agents; what a run leaves in `recording`), `reach`, `traps` and
 `design` (what an option file will do), `studies` and `plots` (figures; the commands are in `opinion_tool`).
 """
+
+import pymoos_lite  # noqa: F401  (lets imports find compiled modules)

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+from mypy_extensions import mypyc_attr
+
 from opinion_engine.engine import EngineSettings, OpinionEngine, Update
 from opinion_engine.messages import ENCODINGS
 from opinion_engine.model import Attention, OpinionError
@@ -27,6 +29,7 @@ def _positive(name: str, default: float, unit: str, doc: str, aliases: tuple[str
     return Parameter(name, "number", default, unit, doc, low=0.0, open_low=True, aliases=aliases)
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class OpinionManager(App):
     """Integrates this vessel's opinions with its neighbours' and posts what the dominant option asks for."""
 

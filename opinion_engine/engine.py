@@ -11,9 +11,10 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
+from mypy_extensions import mypyc_attr
 
 from opinion_engine import kernels, messages
 from opinion_engine.messages import ENCODINGS, Encoding, MessageError, OpinionMessage
@@ -30,6 +31,7 @@ RESET_SECONDS = 5.0
 _RATE_WINDOW = 10.0  # seconds over which the bytes sent are averaged
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True)
 class EngineSettings:
     """Everything about an engine that is not an option; defaults are those of `pOpinionManager`.
@@ -66,6 +68,7 @@ class EngineSettings:
         return 3.0 / self.social_tick if self.max_dt is None else self.max_dt
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Update:
     """The result of one update at `time`: what to publish.
@@ -195,7 +198,7 @@ class OpinionEngine:
 
     # --- what comes in -------------------------------------------------------------------------
 
-    def take(self, variable: str, value: float | str) -> None:
+    def take(self, variable: str, value: Any) -> None:
         """A new value of an input or condition variable; others are ignored.
 
         An input takes numbers (or text that is one); a condition compares strings. Raises OpinionError,

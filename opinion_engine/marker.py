@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
+from mypy_extensions import mypyc_attr
+
 from opinion_engine.messages import MessageError, parse_text
 from pymoos_lite.app import App
 from pymoos_lite.config.parameters import Declaration, Parameter
@@ -27,6 +29,7 @@ MAX_VESSELS = 500
 _GRAY = (0.5, 0.5, 0.5)
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True)
 class Looks:
     """How circles look: colours by option, radius in metres, line width in pixels, and the opinion at which
@@ -39,6 +42,7 @@ class Looks:
     saturated: float = 1.0
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True)
 class Seen:
     """What is known of one vessel: position in metres, and its opinions with their time."""
@@ -72,6 +76,7 @@ def _color_pair(text: str) -> tuple[str, str]:
     return option.lower(), color
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class OptionMarker(App):
     """Draws each vessel's favoured option as a coloured circle."""
 
@@ -146,8 +151,8 @@ class OptionMarker(App):
             else:
                 try:
                     said = parse_text(value)
-                except MessageError as error:
-                    self.run_warning(str(error))
+                except MessageError as fault:
+                    self.run_warning(str(fault))
                     continue
                 self._update(said.vname, opinions=said.opinions, time=message.time)
 

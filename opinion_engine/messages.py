@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from mypy_extensions import mypyc_attr
 
 from opinion_engine.model import OpinionError
 
@@ -36,6 +37,7 @@ class MessageError(OpinionError):
     """A text or payload that is not an opinion message; the reason in one sentence."""
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True)
 class OpinionMessage:
     """What one neighbour says: its name, group, and opinions by (lower case) option name."""

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
+from mypy_extensions import mypyc_attr
 from numpy.typing import ArrayLike, NDArray
 
 from ivp_helm.ivp import kernels
@@ -24,6 +25,7 @@ DEFAULT_WEIGHT: Final = 10.0
 COUNTED_POINTS: Final = 2_000_000
 
 
+@mypyc_attr(native_class=False)
 class IvPFunction:
     """A piecewise constant or linear function over a domain, with a priority weight and a context.
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
+from mypy_extensions import mypyc_attr
 
 from ivp_helm.ivp import zaic_kernels as kernels
 from ivp_helm.ivp.domain import Domain, Variable
@@ -26,6 +27,7 @@ TIE_SLOPE: Final = 0.00001
 Notes = list[str] | None
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Peak:
     """One peak: highest at `summit`, flat or falling over `peakwidth`, down to the least over `basewidth`.
@@ -326,6 +328,7 @@ def zaic_vector(
 # -- beside the builders ------------------------------------------------------------------------------
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class _Limit:
     summit_steps: float  # from the domain low to the summit, in index steps, not rounded
@@ -404,7 +407,7 @@ def _not_negative(kind: str, variable: str, what: str, value: float, notes: Note
 
 def _check_range(kind: str, variable: str, minutil: float, maxutil: float) -> None:
     if not (math.isfinite(minutil) and math.isfinite(maxutil) and minutil < maxutil):
-        raise IvPError(f"{kind} over {variable!r}: minutil {minutil} must be below maxutil {maxutil}")
+        raise IvPError(f"{kind} over {variable!r}: minutil {minutil:g} must be below maxutil {maxutil:g}")
 
 
 def _note(notes: Notes, text: str) -> None:

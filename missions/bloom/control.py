@@ -11,6 +11,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from math import cos, hypot, inf, radians, sin
 
+from mypy_extensions import mypyc_attr
+
 from missions.bloom.allocation import METHODS
 from missions.bloom.inputs import Battery, InputSettings, exploit_input, explore_input, migrate_input
 from pymoos_lite.core.message import Value
@@ -33,6 +35,7 @@ SAMPLE_AROUND = (
 )
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True)
 class ControlSettings:
     """Metres and seconds. `standby` is where to wait for sample points, relative to a zone's centroid."""
@@ -54,6 +57,7 @@ class ControlSettings:
         return bool(self.exploit_set or self.explore_set)
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Post:
     """Something to publish here, and to all other vessels as a node message if `to_all`."""

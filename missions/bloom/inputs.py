@@ -8,12 +8,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import exp
 
+from mypy_extensions import mypyc_attr
+
 FULL_BATTERY_WAY = 7200.0
 """Metres of way that empty a battery nobody measures."""
 SETTLING = 2.0
 """Seconds after a migration before the reluctance to go again begins to count."""
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True)
 class InputSettings:
     """Weights of the inputs; the names are those of the app's parameters."""

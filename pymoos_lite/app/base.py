@@ -20,6 +20,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar, Protocol
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.app.network import DatagramPort, Datagrams, Network
 from pymoos_lite.app.reporting import ReportLog
 from pymoos_lite.app.standard import STANDARD_PARAMETERS
@@ -116,6 +118,7 @@ class AppContext:
     """The way to other communities; None where a host offers none."""
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class App:
     """Base of all apps; see the module for the life cycle."""
 

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.app.base import App
 from pymoos_lite.core.message import Message
 from pymoos_lite.records.csp import clip, parse_bool
@@ -29,20 +31,30 @@ def finite_number(message: Message) -> float | None:
     return value if -MAX_MAGNITUDE <= value <= MAX_MAGNITUDE else None
 
 
+def number_or_warning(app: App, message: Message) -> float | None:
+    """What `finite_number` makes of a message; a run warning where that is None."""
+    value = finite_number(message)
+    if value is None:
+        app.run_warning(f"{message.name} needs a finite number, not '{clip(message.text, 40)}'")
+    return value
+
+
 def on_number(app: App, use: Callable[[float], None]) -> Handler:
     """A handler that passes finite numbers to `use`, and warns of everything else and of its ValueErrors."""
 
     def handle(message: Message) -> None:
-        value: float | None = message[1]  # type: ignore[assignment]
-        if type(value) is not float or not -MAX_MAGNITUDE <= value <= MAX_MAGNITUDE:
-            value = finite_number(message)
-        if value is None:
-            app.run_warning(f"{message.name} needs a finite number, not '{clip(message.text, 40)}'")
-            return
+        value = message[1]
+        if type(value) is float and -MAX_MAGNITUDE <= value <= MAX_MAGNITUDE:
+            number = value
+        else:
+            found = number_or_warning(app, message)
+            if found is None:
+                return
+            number = found
         try:
-            use(value)
+            use(number)
         except ValueError as error:
-            app.run_warning(f"{message.name} = {value:g}: {error}")
+            app.run_warning(f"{message.name} = {number:g}: {error}")
 
     return handle
 
@@ -97,6 +109,7 @@ def dispatch(app: App, handlers: dict[str, Handler], mail: list[Message]) -> Non
             app.run_warning(f"Unhandled Mail: {clip(message.name, 40)}")
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class HandlerApp(App):
     """An app with a handler for each variable it wants to hear of, in `_handlers`, made by `on_start_up`."""
 

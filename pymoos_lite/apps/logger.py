@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import ClassVar, NamedTuple
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.app import App, AppContext
 from pymoos_lite.apps.log_files import LogFolder, read_small_file
 from pymoos_lite.apps.log_format import (
@@ -77,6 +79,7 @@ def parse_patterns(text: str) -> list[str]:
     return [part.strip() for part in text.split(",") if part.strip()]
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class Logger(App):
     """The logger app; see the module."""
 
@@ -313,7 +316,7 @@ class Logger(App):
                 self._write_xlog(self._entry(message))
             return False
         tabled = self._sync is not None and self._sync.wants(name)
-        if name not in (*_NOTES, *_COMMANDS, *self._last_seen) and not tabled:
+        if not (name in _NOTES or name in _COMMANDS or name in self._last_seen or tabled):
             self._plain.add(name)
         return True
 

@@ -13,6 +13,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.records.csp import parse_number
 
 Known = float | str | bytes | None
@@ -43,6 +45,7 @@ class ConditionError(ValueError):
     """A text that is no condition; prints as one line: what is wrong and what would be right."""
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Reference:
     """The right side `$(NAME)`: the value of another variable."""
@@ -50,6 +53,7 @@ class Reference:
     name: str
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Relation:
     """`name op literal`. `literal` is as written: a text that looks like a number compares as one.
@@ -63,11 +67,13 @@ class Relation:
     quoted: bool = False
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Not:
     inner: Node
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Joined:
     """`(left) and (right)` or `(left) or (right)`; `word` is in lower case."""

@@ -11,7 +11,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pymoos_lite.config.mission import ConfigLine
 from pymoos_lite.config.problems import Problem, did_you_mean
@@ -205,8 +205,9 @@ class Values:
     def __init__(self, values: dict[str, Any]) -> None:
         self.__dict__.update(values)
 
-    def __getattr__(self, name: str) -> Any:  # only reached for unknown names; tells mypy the rest is Any
-        raise AttributeError(f"no parameter '{name}' is declared")
+    if TYPE_CHECKING:
+        # Which attributes there are only the declaration knows. (A method here would make each read dearer.)
+        def __getattr__(self, name: str) -> Any: ...
 
     def __repr__(self) -> str:
         return f"Values({self.__dict__})"

@@ -9,6 +9,8 @@ from __future__ import annotations
 import time
 from typing import Protocol
 
+from mypy_extensions import mypyc_attr
+
 MAX_WARP = 400.0
 VIRTUAL_EPOCH = 1_767_225_600.0
 """Where virtual mission time starts (1 January 2026, 00:00 UTC), so that equal runs have equal stamps."""
@@ -39,6 +41,7 @@ def check_warp(warp: float) -> float:
     return float(warp)
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class RealClock:
     """The system's clock, with a warp.
 
@@ -62,6 +65,7 @@ class RealClock:
         return mission_time / self.warp - self._offset
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class VirtualClock:
     """A clock that moves only when told to; one second of it is one second of a mission."""
 

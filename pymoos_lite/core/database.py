@@ -8,6 +8,9 @@ not know whether a client lives in the same process or at the far end of a link 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from typing import Any
+
+from mypy_extensions import mypyc_attr
 
 from pymoos_lite.core.entries import Client, Record, Statistics
 from pymoos_lite.core.message import KIND_NAME, Message, Value
@@ -25,6 +28,7 @@ MAX_VARIABLES = 100_000
 MAX_REMEMBERED = 1000
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class Database:
     """Stores last values and fans posts out to subscribers.
 
@@ -189,11 +193,11 @@ class Database:
 
     def numbers_door(
         self, client: str, otherwise: Callable[[Message], bool]
-    ) -> Callable[[Iterable[tuple[str, float]], float, str], None]:
+    ) -> Callable[[Iterable[tuple[str, Any]], float, str], None]:
         """As `door`, for several (name, number) of one time at once; the third argument is who posts."""
         find, new, community = self._records.get, tuple.__new__, self.community
 
-        def post(posts: Iterable[tuple[str, float]], now: float, source: str) -> None:
+        def post(posts: Iterable[tuple[str, Any]], now: float, source: str) -> None:
             for name, value in posts:
                 record = find(name)
                 if type(value) is not float:
@@ -216,7 +220,9 @@ class Database:
 
         Mail reaches one client in the order in which it arrives here.
         """
-        name, value, _, _, _, community = message
+        name, community = message.name, message.community
+        fields: tuple[Any, ...] = message  # as they are, which need not be as `Message` says
+        value = fields[1]
         record = self._records.get(name)
         if record is None:
             if len(self._records) >= self.max_variables and client != self.name:
@@ -226,7 +232,7 @@ class Database:
             if record.kind is not None:
                 kind = type(value)
                 return self._refuse(wrong_type(record.name, record.kind, kind, client), now)
-            if type(value) not in KIND_NAME or type(message.time) is not float:
+            if type(value) not in KIND_NAME or type(fields[2]) is not float:
                 raise TypeError(
                     f"{client} posted {message!r}: a value is float, str or bytes, a time is float"
                 )

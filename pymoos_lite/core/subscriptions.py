@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.core.message import Message
 
 
@@ -48,6 +50,7 @@ def _wildcard_match(pattern: str, name: str) -> bool:
     return all(char == "*" for char in pattern[p:])
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Subscription:
     """A wish to hear of variables.

@@ -10,6 +10,8 @@ import random
 from dataclasses import dataclass, field
 from math import hypot, inf
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.records.contact_ledger import Contact
 from pymoos_lite.records.node_message import NodeMessage
 
@@ -35,6 +37,7 @@ def parse_range(text: str) -> float:
     return NO_LIMIT if metres < 0.0 else metres
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Factor:
     """One vessel's stealth or earange: it shortens, or lengthens, the range."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.app import App
 from pymoos_lite.config.parameters import Declaration, Parameter
 from pymoos_lite.core.message import Message
@@ -23,6 +25,7 @@ def _host(text: str) -> str:
     return word
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class HostInfo(App):
     """Posts PHI_HOST_INFO, at once when an address or an input of the share changes, else now and then."""
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.app import App
 from pymoos_lite.config.parameters import Declaration, Parameter
 from pymoos_lite.core.message import Message
@@ -15,6 +17,7 @@ SUMMARY_EVERY = 100
 _KEPT = 10
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class MessageHandler(App):
     """Delivers NODE_MESSAGE: its variable is posted as if an app here had posted it."""
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.app import App
 from pymoos_lite.config.parameters import Declaration, Parameter
 from pymoos_lite.core.message import Message
@@ -49,6 +51,7 @@ class _Shore:
     bridged: bool = False
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class NodeBroker(App):
     """Pings every shoreside it was told of, and bridges to those that answer."""
 

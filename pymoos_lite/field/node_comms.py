@@ -6,6 +6,8 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterable
 from math import hypot, inf
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.app import App
 from pymoos_lite.config.parameters import Declaration, Parameter
 from pymoos_lite.core.message import Message
@@ -62,6 +64,7 @@ def _earange(text: str) -> object:
     return parse_factor(text, "earange", 1.0, 10.0)
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class NodeComms(App):
     """The radio between vessels, as the shoreside simulates it."""
 
@@ -231,9 +234,9 @@ class NodeComms(App):
             self._drop("report", "malformed")
             self.run_warning(f"{message.name} from {clip(message.community, 20)}: {error.reason}")
             return
-        except ValueError as error:
+        except ValueError as fault:
             self._drop("report", "incomplete")
-            self.run_warning(f"{message.name} from {clip(message.community, 20)}: {error}")
+            self.run_warning(f"{message.name} from {clip(message.community, 20)}: {fault}")
             return
         self._fresh[contact.name] = None
         self._reports[contact.name] += 1

@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.core.message import Message
 from pymoos_lite.core.subscriptions import is_pattern, matches
 
@@ -37,6 +39,7 @@ class Endpoint(NamedTuple):
         return f"{self.host}:{self.port}{suffix}"
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Channels:
     """Where multicast channels are: channel N is `group` at port `base_port` + N."""
@@ -48,6 +51,7 @@ class Channels:
         return Endpoint(self.group, self.base_port + channel, channel)
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Share:
     """A wish to share: what, under which name (None: unchanged), where, and within which limits.
@@ -81,6 +85,7 @@ class Share:
         return self.source, self.alias, self.to
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Listening:
     """A wish to listen at some places, and the patterns of names let in (none: all)."""

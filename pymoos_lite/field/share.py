@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Iterable
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.app import Address, App, AppContext, DatagramPort, Datagrams
 from pymoos_lite.config.parameters import Declaration, Parameter
 from pymoos_lite.core.message import Message
@@ -65,6 +67,7 @@ def parse_outage(text: str) -> tuple[float, float]:
     return times[0], times[1]
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class ShareApp(App):
     """Bridges this community to others; see `PARAMETERS`."""
 

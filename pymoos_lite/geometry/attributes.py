@@ -10,10 +10,13 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.geometry.colors import color_text
 from pymoos_lite.geometry.text import num, parse_bool, parse_number
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Attributes:
     """Label, provenance, life span and looks of a drawable; None and "" mean not set.

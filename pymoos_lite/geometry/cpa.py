@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -39,9 +39,20 @@ def unit_vectors(headings: ArrayLike) -> tuple[Array, Array]:
     return east, north
 
 
-_ASPECT = frozenset(
-    ("os_fore_of_cn", "os_aft_of_cn", "os_port_of_cn", "os_star_of_cn", "gamma", "epsilon", "theta_gamma")
-)
+class Aspect(NamedTuple):
+    """Own ship seen from the contact: on which sides of it, and how far from its lines in metres.
+
+    On the contact's own lines both sides hold. `gamma` is the distance from its bow-stern line, `epsilon` that
+    from its beam line, `theta_gamma` the direction from own ship straight toward the bow-stern line.
+    """
+
+    fore: bool
+    aft: bool
+    port: bool
+    star: bool
+    gamma: float
+    epsilon: float
+    theta_gamma: float
 
 
 class CpaEngine:
@@ -52,6 +63,7 @@ class CpaEngine:
     """
 
     __slots__ = (
+        "_aspect",
         "_cvx",
         "_cvy",
         "_px",
@@ -62,24 +74,10 @@ class CpaEngine:
         "cnv",
         "cnx",
         "cny",
-        "epsilon",
-        "gamma",
-        "os_aft_of_cn",
-        "os_fore_of_cn",
-        "os_port_of_cn",
-        "os_star_of_cn",
         "osx",
         "osy",
         "range",
-        "theta_gamma",
     )
-    os_fore_of_cn: bool
-    os_aft_of_cn: bool
-    os_port_of_cn: bool
-    os_star_of_cn: bool
-    gamma: float
-    epsilon: float
-    theta_gamma: float
 
     def __init__(self, cnx: float, cny: float, cnh: float, cnv: float, osx: float, osy: float) -> None:
         self.cnx, self.cny = cnx, cny
@@ -92,34 +90,31 @@ class CpaEngine:
         self.range = math.hypot(self._px, self._py)
         self.bng_os_cn = bearing(osx, osy, cnx, cny)
         self.bng_cn_os = bearing(cnx, cny, osx, osy)
+        self._aspect: Aspect | None = None
 
-    def __getattr__(self, name: str) -> Any:
-        """Sides, and distances to lines: worked out, all of them, when the first is asked for.
+    @property
+    def aspect(self) -> Aspect:
+        """Sides, and distances to lines: worked out when first asked for.
 
         An engine is made for every contact of every vessel in every helm iteration, and most are only asked
         for a range and a closest approach.
         """
-        if name not in _ASPECT:
-            raise AttributeError(f"CpaEngine has no attribute {name!r}")
-        self._look()
-        return getattr(self, name)
+        if self._aspect is None:
+            self._aspect = self._look()
+        return self._aspect
 
-    def _look(self) -> None:
+    def _look(self) -> Aspect:
         # What is_fore, is_aft, is_port and is_star answer, from one bearing instead of four.
         ux, uy = unit_vector(self.cnh)
         if self.cnx == self.osx and self.cny == self.osy:
-            self.os_fore_of_cn = self.os_aft_of_cn = self.os_port_of_cn = self.os_star_of_cn = False
+            fore = aft = port = star = False
         else:
             off_bow = angle360(self.bng_cn_os - self.cnh)
-            self.os_fore_of_cn = off_bow <= 90.0 or off_bow >= 270.0
-            self.os_aft_of_cn = 90.0 <= off_bow <= 270.0
-            self.os_port_of_cn = off_bow >= 180.0
-            self.os_star_of_cn = off_bow <= 180.0
-        # Distances of own ship from the contact's bow-stern line and from its beam line.
-        self.gamma = abs(self._px * uy - self._py * ux)
-        self.epsilon = abs(self._px * ux + self._py * uy)
-        # The direction from own ship straight toward the bow-stern line.
-        self.theta_gamma = angle360(self.cnh + (90.0 if self.os_port_of_cn else -90.0))
+            fore, aft = off_bow <= 90.0 or off_bow >= 270.0, 90.0 <= off_bow <= 270.0
+            port, star = off_bow >= 180.0, off_bow <= 180.0
+        gamma = abs(self._px * uy - self._py * ux)
+        epsilon = abs(self._px * ux + self._py * uy)
+        return Aspect(fore, aft, port, star, gamma, epsilon, angle360(self.cnh + (90.0 if port else -90.0)))
 
     @property
     def contact_velocity(self) -> tuple[float, float]:
@@ -176,11 +171,11 @@ class CpaEngine:
     @property
     def os_on_beam(self) -> bool:
         """True when own ship is exactly on the contact's beam line."""
-        return self.os_fore_of_cn and self.os_aft_of_cn
+        return self.aspect.fore and self.aspect.aft
 
     def _beam_closing(self, course: float, speed: float) -> float:
         along = speed * math.cos((course - self.cnh) * _RAD) - self.cnv
-        return along if self.os_aft_of_cn else -along
+        return along if self.aspect.aft else -along
 
     def passes(self, course: float, speed: float) -> bool:
         """True when own ship will cross (or is on) the contact's beam line."""
@@ -191,9 +186,9 @@ class CpaEngine:
         if not self.passes(course, speed):
             return False
         if self.os_on_beam:
-            return self.os_port_of_cn
+            return self.aspect.port
         rate = self.bearing_rate(course, speed)
-        return rate > 0.0 if self.os_aft_of_cn else rate < 0.0
+        return rate > 0.0 if self.aspect.aft else rate < 0.0
 
     def passes_star(self, course: float, speed: float) -> bool:
         """True when it passes, and not on the contact's port side."""
@@ -205,55 +200,55 @@ class CpaEngine:
             return None
         if self.os_on_beam:
             return 0.0
-        t = self.epsilon / self._beam_closing(course, speed)
-        return t * speed * math.cos((course - self.theta_gamma) * _RAD)
+        t = self.aspect.epsilon / self._beam_closing(course, speed)
+        return t * speed * math.cos((course - self.aspect.theta_gamma) * _RAD)
 
     def passes_port_dist(self, course: float, speed: float) -> float:
         """Distance abeam at which it passes to port of the contact; -1 when it does not."""
         drift = self._drift_to_line(course, speed)
         if drift is None:
             return MISS
-        if self.os_port_of_cn:
-            return self.gamma - drift if drift <= self.gamma else MISS
-        return drift - self.gamma if drift > self.gamma else MISS
+        if self.aspect.port:
+            return self.aspect.gamma - drift if drift <= self.aspect.gamma else MISS
+        return drift - self.aspect.gamma if drift > self.aspect.gamma else MISS
 
     def passes_star_dist(self, course: float, speed: float) -> float:
         """Distance abeam at which it passes to starboard of the contact; -1 when it does not."""
         drift = self._drift_to_line(course, speed)
         if drift is None:
             return MISS
-        if not self.os_port_of_cn:
-            return self.gamma - drift if drift <= self.gamma else MISS
-        return drift - self.gamma if drift > self.gamma else MISS
+        if not self.aspect.port:
+            return self.aspect.gamma - drift if drift <= self.aspect.gamma else MISS
+        return drift - self.aspect.gamma if drift > self.aspect.gamma else MISS
 
     # -------------------------------------------------------- crossing: crossing the contact's bow-stern line
 
     @property
     def os_on_bow_line(self) -> bool:
         """True exactly ahead of the contact."""
-        return self.gamma == 0.0 and self.range > 0.0 and self.os_fore_of_cn
+        return self.aspect.gamma == 0.0 and self.range > 0.0 and self.aspect.fore
 
     @property
     def os_on_stern_line(self) -> bool:
         """True exactly astern of the contact."""
-        return self.gamma == 0.0 and self.range > 0.0 and not self.os_fore_of_cn
+        return self.aspect.gamma == 0.0 and self.range > 0.0 and not self.aspect.fore
 
     def crosses_bow_or_stern(self, course: float, speed: float) -> bool:
         """True when own ship will cross (or is on) the line through the contact's bow and stern."""
-        if self.gamma == 0.0:
+        if self.aspect.gamma == 0.0:
             return True
-        return speed > 0.0 and math.cos((course - self.theta_gamma) * _RAD) > _NEVER
+        return speed > 0.0 and math.cos((course - self.aspect.theta_gamma) * _RAD) > _NEVER
 
     def _lead_on_line(self, course: float, speed: float) -> float | None:
         """Where it crosses the contact's line: metres ahead of it (negative astern), None if never."""
-        if self.gamma == 0.0:
-            return self.epsilon if self.os_fore_of_cn else -self.epsilon
-        toward = speed * math.cos((course - self.theta_gamma) * _RAD)
+        if self.aspect.gamma == 0.0:
+            return self.aspect.epsilon if self.aspect.fore else -self.aspect.epsilon
+        toward = speed * math.cos((course - self.aspect.theta_gamma) * _RAD)
         if not toward > 0.0:
             return None
-        t = self.gamma / toward
+        t = self.aspect.gamma / toward
         gained = t * (speed * math.cos((course - self.cnh) * _RAD) - self.cnv)
-        return gained + (self.epsilon if self.os_fore_of_cn else -self.epsilon)
+        return gained + (self.aspect.epsilon if self.aspect.fore else -self.aspect.epsilon)
 
     def crosses_bow_dist(self, course: float, speed: float) -> float:
         """Distance ahead of the contact at which it crosses; -1 when it does not cross there."""
@@ -269,19 +264,19 @@ class CpaEngine:
         """True when it crosses ahead of the contact."""
         if not self.crosses_bow_or_stern(course, speed):
             return False
-        if self.gamma == 0.0:
+        if self.aspect.gamma == 0.0:
             return self.os_on_bow_line
         rate = self.bearing_rate(course, speed)
-        return rate >= 0.0 if self.os_port_of_cn else rate <= 0.0
+        return rate >= 0.0 if self.aspect.port else rate <= 0.0
 
     def crosses_stern(self, course: float, speed: float) -> bool:
         """True when it crosses astern of the contact."""
         if not self.crosses_bow_or_stern(course, speed):
             return False
-        if self.gamma == 0.0:
+        if self.aspect.gamma == 0.0:
             return self.os_on_stern_line
         rate = self.bearing_rate(course, speed)
-        return rate <= 0.0 if self.os_port_of_cn else rate >= 0.0
+        return rate <= 0.0 if self.aspect.port else rate >= 0.0
 
     # ------------------------------------------------------------------------------- whole grids at once
 
@@ -329,9 +324,9 @@ class CpaEngine:
     def passes_port_grid(self, courses: ArrayLike, speeds: ArrayLike) -> NDArray[np.bool_]:
         """`passes_port` for every course and speed: shape (courses, speeds)."""
         if self.os_on_beam:
-            return self._all(courses, speeds, self.os_port_of_cn)
+            return self._all(courses, speeds, self.aspect.port)
         rate = self.bearing_rate_grid(courses, speeds)
-        return self.passes_grid(courses, speeds) & (rate > 0.0 if self.os_aft_of_cn else rate < 0.0)
+        return self.passes_grid(courses, speeds) & (rate > 0.0 if self.aspect.aft else rate < 0.0)
 
     def passes_star_grid(self, courses: ArrayLike, speeds: ArrayLike) -> NDArray[np.bool_]:
         """`passes_star` for every course and speed: shape (courses, speeds)."""
@@ -339,33 +334,33 @@ class CpaEngine:
 
     def passes_port_dist_grid(self, courses: ArrayLike, speeds: ArrayLike) -> Array:
         """`passes_port_dist` for every course and speed: shape (courses, speeds)."""
-        return self._passing_dist_grid(courses, speeds, same_side=self.os_port_of_cn)
+        return self._passing_dist_grid(courses, speeds, same_side=self.aspect.port)
 
     def passes_star_dist_grid(self, courses: ArrayLike, speeds: ArrayLike) -> Array:
         """`passes_star_dist` for every course and speed: shape (courses, speeds)."""
-        return self._passing_dist_grid(courses, speeds, same_side=not self.os_port_of_cn)
+        return self._passing_dist_grid(courses, speeds, same_side=not self.aspect.port)
 
     def crosses_bow_or_stern_grid(self, courses: ArrayLike, speeds: ArrayLike) -> NDArray[np.bool_]:
         """`crosses_bow_or_stern` for every course and speed: shape (courses, speeds)."""
-        if self.gamma == 0.0:
+        if self.aspect.gamma == 0.0:
             return self._all(courses, speeds)
-        headed = np.cos((np.asarray(courses, dtype=np.float64) - self.theta_gamma) * _RAD) > _NEVER
+        headed = np.cos((np.asarray(courses, dtype=np.float64) - self.aspect.theta_gamma) * _RAD) > _NEVER
         return np.logical_and.outer(headed, np.asarray(speeds, dtype=np.float64) > 0.0)
 
     def crosses_bow_grid(self, courses: ArrayLike, speeds: ArrayLike) -> NDArray[np.bool_]:
         """`crosses_bow` for every course and speed: shape (courses, speeds)."""
-        if self.gamma == 0.0:
+        if self.aspect.gamma == 0.0:
             return self._all(courses, speeds, self.os_on_bow_line)
         rate = self.bearing_rate_grid(courses, speeds)
-        ahead = rate >= 0.0 if self.os_port_of_cn else rate <= 0.0
+        ahead = rate >= 0.0 if self.aspect.port else rate <= 0.0
         return self.crosses_bow_or_stern_grid(courses, speeds) & ahead
 
     def crosses_stern_grid(self, courses: ArrayLike, speeds: ArrayLike) -> NDArray[np.bool_]:
         """`crosses_stern` for every course and speed: shape (courses, speeds)."""
-        if self.gamma == 0.0:
+        if self.aspect.gamma == 0.0:
             return self._all(courses, speeds, self.os_on_stern_line)
         rate = self.bearing_rate_grid(courses, speeds)
-        astern = rate <= 0.0 if self.os_port_of_cn else rate >= 0.0
+        astern = rate <= 0.0 if self.aspect.port else rate >= 0.0
         return self.crosses_bow_or_stern_grid(courses, speeds) & astern
 
     def _outer_cos(self, courses: ArrayLike, speeds: ArrayLike, heading: float) -> Array:
@@ -374,7 +369,7 @@ class CpaEngine:
 
     def _beam_closing_grid(self, courses: ArrayLike, speeds: ArrayLike) -> Array:
         along = self._outer_cos(courses, speeds, self.cnh) - self.cnv
-        return along if self.os_aft_of_cn else -along
+        return along if self.aspect.aft else -along
 
     def _passing_dist_grid(self, courses: ArrayLike, speeds: ArrayLike, *, same_side: bool) -> Array:
         if self.os_on_beam:
@@ -383,11 +378,11 @@ class CpaEngine:
         else:
             closing = self._beam_closing_grid(courses, speeds)
             passing = closing > 0.0
-            t = self.epsilon / np.where(passing, closing, 1.0)
-            drift = t * self._outer_cos(courses, speeds, self.theta_gamma)
-        stays = drift <= self.gamma
+            t = self.aspect.epsilon / np.where(passing, closing, 1.0)
+            drift = t * self._outer_cos(courses, speeds, self.aspect.theta_gamma)
+        stays = drift <= self.aspect.gamma
         here = passing & (stays if same_side else ~stays)
-        return np.where(here, np.abs(self.gamma - drift), MISS)
+        return np.where(here, np.abs(self.aspect.gamma - drift), MISS)
 
     @staticmethod
     def _all(courses: ArrayLike, speeds: ArrayLike, value: bool = True) -> NDArray[np.bool_]:

@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.geometry.angles import angle360, is_aft, is_fore, is_port, is_star
 from pymoos_lite.geometry.cpa import CpaEngine
 from pymoos_lite.geometry.formats import SpecError, shown
@@ -21,6 +23,7 @@ CPA_HORIZON = 120.0
 DEPTH = 5
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, init=False)
 class RelativeState:
     """Own ship (os) and a contact (cn) at one instant: positions, headings in degrees, speeds in m/s.
@@ -107,22 +110,22 @@ class RelativeState:
     @property
     def os_fore_of_cn(self) -> bool:
         """Own ship is ahead of the contact's beam line, or on it."""
-        return self.engine.os_fore_of_cn
+        return self.engine.aspect.fore
 
     @property
     def os_aft_of_cn(self) -> bool:
         """Own ship is behind the contact's beam line, or on it."""
-        return self.engine.os_aft_of_cn
+        return self.engine.aspect.aft
 
     @property
     def os_port_of_cn(self) -> bool:
         """Own ship is to port of the contact."""
-        return self.engine.os_port_of_cn
+        return self.engine.aspect.port
 
     @property
     def os_star_of_cn(self) -> bool:
         """Own ship is to starboard of the contact."""
-        return self.engine.os_star_of_cn
+        return self.engine.aspect.star
 
     @property
     def cn_fore_of_os(self) -> bool:
@@ -205,6 +208,7 @@ class RelativeState:
         return self.mirror.crosses_bow_dist(self.cnh, self.cnv)
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class ContactTag:
     """When a contact flag is due: a range limit (`<30`, `@>50`) or an event (`@cpa`, `@os_passed_cn_port`).
@@ -236,7 +240,8 @@ class ContactTag:
             return f"{self.kind}{self.range:g}"
         return f"@{self.kind}"
 
-    __str__ = to_text
+    def __str__(self) -> str:
+        return self.to_text()
 
 
 EVENTS = (
@@ -352,6 +357,7 @@ class EncounterHistory:
         return frozenset(found)
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class BearingLine:
     """`bearing_line_config`: the colour of the line drawn to a contact, by its relevance or range.

@@ -12,12 +12,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from heapq import heappop, heappush
 from pathlib import Path
+from time import perf_counter
 from zlib import crc32
 
 from pymoos_lite.app import App, AppContext, AppRunner, Quit
 from pymoos_lite.core.clock import VirtualClock
 from pymoos_lite.core.database import Database
 from pymoos_lite.core.message import Message
+from pymoos_lite.hosts.collector import patient_collector
 from pymoos_lite.hosts.failures import Failure, describe_failure
 from pymoos_lite.hosts.local import LocalConnection
 from pymoos_lite.hosts.network import SimulatedNetwork
@@ -81,6 +83,8 @@ class Lockstep:
         self.communities: dict[str, Community] = {}
         self.failures: list[Failure] = []
         self.finished = False
+        self.step_times: dict[str, list[float]] | None = None
+        """For profiles: given a dictionary, seconds of every step by name of the app are put there."""
         # Sorted by deadline and order, both negative, so that the next is the last: taking it off costs nothing
         # and putting it back half the comparisons of a heap. There are some hundred apps, not millions.
         self._queue: list[tuple[float, int, Community, AppRunner]] = []
@@ -176,6 +180,10 @@ class Lockstep:
 
     def run_until(self, end: float, progress: Callable[[float], None] | None = None) -> None:
         """Advance to mission time `end`; steps due exactly then are left for the next call."""
+        with patient_collector():
+            self._run_until(end, progress)
+
+    def _run_until(self, end: float, progress: Callable[[float], None] | None) -> None:
         queue = self._queue
         clock = self.clock
         next_progress = clock.now()
@@ -203,7 +211,7 @@ class Lockstep:
                 continue
             community.database.tick(now)
             try:
-                runner.step(now)
+                self._run_step(runner, now)
             except Exception as error:
                 self._ended(community, runner, error, now)
             else:
@@ -255,9 +263,19 @@ class Lockstep:
 
     # --- inside ------------------------------------------------------------------------------
 
-    def _step(self, community: Community, runner: AppRunner, now: float) -> bool:
+    def _run_step(self, runner: AppRunner, now: float) -> None:
+        if self.step_times is None:
+            runner.step(now)
+            return
+        began = perf_counter()
         try:
             runner.step(now)
+        finally:
+            self.step_times.setdefault(runner.name, []).append(perf_counter() - began)
+
+    def _step(self, community: Community, runner: AppRunner, now: float) -> bool:
+        try:
+            self._run_step(runner, now)
         except Exception as error:
             self._ended(community, runner, error, now)
             return False

@@ -13,6 +13,8 @@ import random
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.app.network import Address, Bundle, Datagrams, Payload
 from pymoos_lite.core.clock import Clock
 
@@ -23,6 +25,7 @@ IP_OVERHEAD = 28
 """Bytes that an IPv4 and a UDP header add to each datagram."""
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Conditions:
     """How the way from one community to another behaves; times in mission seconds.
@@ -214,7 +217,7 @@ class SimulatedNetwork:
         """The sum over all pairs."""
         total = Traffic()
         for _, _, traffic in self.traffic():
-            for name in Traffic.__slots__:
+            for name in ("sent", "bytes", "delivered", "lost", "squeezed", "doubled", "unreachable"):
                 setattr(total, name, getattr(total, name) + getattr(traffic, name))
         return total
 

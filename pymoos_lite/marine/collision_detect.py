@@ -6,6 +6,8 @@ import math
 import re
 from collections.abc import Iterable
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.app import App
 from pymoos_lite.app.datum import mission_geodesy
 from pymoos_lite.config.conditions import Condition, parse_condition
@@ -43,6 +45,7 @@ def _words(texts: Iterable[str]) -> frozenset[str]:
     return frozenset(word.strip().lower() for text in texts for word in text.split(",") if word.strip())
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class CollisionDetect(App):
     """Finds the closest point of approach of every encounter, ranks it and counts."""
 

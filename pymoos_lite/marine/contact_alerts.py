@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field, replace
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.marine.contact_filter import FILTER_KEYS, ContactFilter
 from pymoos_lite.records.csp import clip, parse_number, split_protected, unquote
 
@@ -13,6 +15,7 @@ MAX_TEXT = 4096
 _MACRO = re.compile(r"\$\[(\w+)\]|\$\((\w+)\)|%\[(\w+)\]|%\((\w+)\)")
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Alert:
     """An alert of one id.

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.app.datum import mission_geodesy
 from pymoos_lite.app.mail_values import Handler, HandlerApp, on_level, on_text, on_truth
 from pymoos_lite.config.parameters import Declaration, Parameter
@@ -169,6 +171,7 @@ CONTACT_MANAGER_DECLARATION = Declaration(
 """Parameters of marine_apps.md 5.1."""
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class ContactManager(HandlerApp):
     """Follows contacts from NODE_REPORT, raises alerts, posts summaries."""
 
@@ -284,6 +287,7 @@ class ContactManager(HandlerApp):
         self.notify("VIEW_CIRCLE", circle_text(Circle(core.own_x, core.own_y, widest, looks)))
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class BasicContactManager(ContactManager):
     """pBasicContactMgr of older missions: contacts live longer, and those nobody is alerted about are told."""
 

@@ -10,6 +10,8 @@ import math
 from collections import deque
 from dataclasses import dataclass, field
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.geometry.angles import angle360, bearing
 from pymoos_lite.geometry.geodesy import Geodesy
 from pymoos_lite.marine.contact_alerts import Alert, apply_request, flag_post
@@ -25,6 +27,7 @@ MAX_ALERTS = 500
 _RETIRE_FACTOR = 1.05  # hysteresis of the reject range, and of the end of an early warning
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class ContactManagerParameters:
     """Configuration; None or a negative value switches a limit or feature off."""

@@ -13,6 +13,8 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.geometry.angles import angle180, angle360, bearing
 from pymoos_lite.records.csp import num
 
@@ -21,6 +23,7 @@ _FORGET_FACTOR = 1.5  # pairs farther apart than this many encounter ranges are 
 _HISTORY = 64  # reports kept per vessel while its partner is silent
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Fix:
     """Where a vessel was at a time; metres, degrees, seconds."""
@@ -31,6 +34,7 @@ class Fix:
     heading: float
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Ranks:
     """Ranges in metres that make an approach an encounter, a near miss or a collision."""
@@ -51,6 +55,7 @@ class Ranks:
         return "near_miss" if cpa <= self.near_miss else "clear"
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Encounter:
     """One passing of two vessels.

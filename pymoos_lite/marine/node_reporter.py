@@ -6,6 +6,8 @@ import math
 import os
 from collections.abc import Iterable
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.app import App
 from pymoos_lite.app.datum import mission_geodesy
 from pymoos_lite.app.mail_values import MAX_MAGNITUDE, Handler, HandlerApp, on_number, on_truth
@@ -30,6 +32,7 @@ _MAX_EXTRAPOLATION = 5.0  # s
 _WAITING = "Waiting for NAV_X/Y or NAV_LAT/LONG"
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class NodeReporter(HandlerApp):
     """Publishes NODE_REPORT_LOCAL; see `PARAMETERS` for what shapes it."""
 

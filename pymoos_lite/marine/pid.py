@@ -11,6 +11,8 @@ import math
 from collections import deque
 from dataclasses import dataclass, field
 
+from mypy_extensions import mypyc_attr
+
 _DEGREES = 180.0 / math.pi
 _NEVER = -math.inf  # stamp of a quantity that has not been received
 _DERIVATIVE_SAMPLES = 9
@@ -18,6 +20,7 @@ _LEAST_THRUST = 0.01  # below this the speed loop rests
 _INSTABILITY_PERIOD = 10.0  # s for one ramp of the artificial rudder bias
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class PidGains:
     """Gains of one loop. `integral_limit` bounds the integral term after ki, in output units."""
@@ -28,6 +31,7 @@ class PidGains:
     integral_limit: float = 0.0
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class PidParameters:
     """All that configures a controller: rudder and thrust in per cent, angles in degrees, times in s."""
@@ -54,6 +58,7 @@ LEAST_STEP = 1e-9
 """Seconds below which no time has passed: a slope over less is rounding, or overflows."""
 
 
+@mypyc_attr(native_class=False)
 class ScalarPid:
     """One proportional-integral-derivative loop with a clamped output.
 
@@ -117,6 +122,7 @@ class ScalarPid:
         return self._output
 
 
+@mypyc_attr(native_class=False)
 class PidEngine:
     """Steers a vessel toward desired heading, speed and depth.
 

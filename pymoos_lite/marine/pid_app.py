@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import ClassVar
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.app.mail_values import Handler, HandlerApp, on_number
 from pymoos_lite.marine.pid import PidEngine
 from pymoos_lite.marine.pid_config import PID_DECLARATION, pid_parameters, warn_of_missing_gains
@@ -14,6 +16,7 @@ from pymoos_lite.records.csp import num
 _MAX_SKEW = 360.0  # s; older or newer stamps come from another clock
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class PidController(HandlerApp):
     """Drives rudder, thrust and elevator from DESIRED_* and NAV_*.
 
@@ -124,6 +127,7 @@ class PidController(HandlerApp):
         self.engine.thrust_cap = min(100.0, max(20.0, cap))
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class LegacyPidController(PidController):
     """pMarinePID of older missions: the same engine, thrust may reverse, tardiness is judged by groups."""
 

@@ -9,11 +9,11 @@ import math
 from collections.abc import Callable
 
 from pymoos_lite.app import App
-from pymoos_lite.app.mail_values import MAX_MAGNITUDE, Handler, finite_number, on_number, on_truth
+from pymoos_lite.app.mail_values import MAX_MAGNITUDE, Handler, number_or_warning, on_number, on_truth
 from pymoos_lite.core.message import Message
 from pymoos_lite.geometry.angles import angle360
 from pymoos_lite.marine.pid import PidEngine
-from pymoos_lite.records.csp import clip, num
+from pymoos_lite.records.csp import num
 
 OVERRIDE_NAMES = ("MOOS_MANUAL_OVERRIDE", "MOOS_MANUAL_OVERIDE")
 DESIRED_NAMES = ("DESIRED_HEADING", "DESIRED_SPEED")
@@ -79,15 +79,17 @@ class PidInputs:
         max_skew = self._max_skew
 
         def handle(message: Message) -> None:
-            value: float | None = message[1]  # type: ignore[assignment]
-            if type(value) is not float or not -MAX_MAGNITUDE <= value <= MAX_MAGNITUDE:
-                value = finite_number(message)
-            if value is None:
-                app.run_warning(f"{message.name} needs a finite number, not '{clip(message.text, 40)}'")
-                return
+            value = message[1]
+            if type(value) is float and -MAX_MAGNITUDE <= value <= MAX_MAGNITUDE:
+                number = value
+            else:
+                found = number_or_warning(app, message)
+                if found is None:
+                    return
+                number = found
             skew = app.now - message[2]
             if -max_skew < skew < max_skew:
-                use(value)
+                use(number)
                 return
             app.run_warning(f"{message.name} is not believed: its time stamp is far from now")
             if self._on_skew is not None:

@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.records.csp import fields, fix, num, parse_number, printable
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class PlatformInput:
     """One variable to report under `alias`, at most every `gap` seconds."""

@@ -10,6 +10,8 @@ from collections.abc import Iterable
 from dataclasses import replace
 from math import hypot, inf
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.app.mail_values import HandlerApp, on_number, on_text
 from pymoos_lite.config.parameters import Declaration, Parameter, parse_number
 from pymoos_lite.geometry.attributes import Attributes
@@ -38,6 +40,7 @@ def _names(text: str) -> list[str]:
     return [name for name in (part.strip().lower() for part in text.split(",")) if name]
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class Proxonoi(HandlerApp):
     """Cuts the own cell out of the region by the bisector towards each other vessel in it."""
 

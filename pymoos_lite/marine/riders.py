@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.records.csp import fields, num, parse_number
 
 RESERVED = frozenset(
@@ -14,6 +16,7 @@ RESERVED = frozenset(
 """Fields of the report itself, which no rider may take."""
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Rider:
     """What a rider is: the variable, its field in the report, when it is included and its precision.

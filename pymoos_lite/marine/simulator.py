@@ -9,6 +9,8 @@ import math
 from collections.abc import Callable, Iterable
 from typing import ClassVar
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.app.datum import mission_geodesy
 from pymoos_lite.app.mail_values import Handler, HandlerApp, finite_number, on_number, on_text, on_truth
 from pymoos_lite.core.message import Message
@@ -41,6 +43,7 @@ _MAX_SKEW = 1360.0  # s; the controller on board disbelieves desired values stam
 _WIND_SHOWN_EVERY = 50  # iterations
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class Simulator(HandlerApp):
     """uSimMarineV22: one vessel, its navigation published at every second iteration."""
 
@@ -391,6 +394,7 @@ class Simulator(HandlerApp):
             self.notify(*self._jobs.start_trim(self.now))
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class SimulatorV23(Simulator):
     """uSimMarineV23: as V22 without turn radius, with a fan that helps under sail."""
 
@@ -409,6 +413,7 @@ class SimulatorV23(Simulator):
         return fan_map.speed(self._fan) if fan_map is not None and fan_map.positive else 0.0
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class LegacySimulator(Simulator):
     """uSimMarine of older missions: full turn rate at any speed, navigation at every iteration, no PID."""
 

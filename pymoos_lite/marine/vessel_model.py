@@ -13,6 +13,8 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Any, NamedTuple
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.marine.thrust_map import ThrustMap
 
 _RADIANS = math.pi / 180.0
@@ -42,6 +44,7 @@ class RudderSlew(Enum):
     STEADY = "steady"  # every step, as a steering engine does
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class VesselParameters:
     """What a vessel can do. Speeds in m/s, accelerations in m/s^2, rates as named; 0 = no limit where a

@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.core.message import Message
 
 RULE = "%" * 59
@@ -76,6 +78,7 @@ def print_header(path: str, date: str, start: float, *, marked: bool = False) ->
     return "\n".join(rows) + "\n"
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class AlogStyle:
     """How entries look.

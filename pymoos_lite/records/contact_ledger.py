@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import lru_cache
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.geometry.angles import bearing, unit_vector
 from pymoos_lite.geometry.geodesy import Geodesy, GeodesyError
 from pymoos_lite.records.csp import fields, parse_number
@@ -44,6 +46,7 @@ class ExtrapolationMode(Enum):
     COURSE = "cog"
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Extrapolation:
     """How a contact is moved on between reports.
@@ -100,6 +103,7 @@ def parse_decay(text: str, separator: str = ",") -> tuple[float, float]:
     return numbers[0], numbers[1]
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True)
 class Contact:
     """One vessel as last heard.

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.geometry.text import (
     fields,
     fix,
@@ -102,6 +104,7 @@ def printable(value: str) -> str:
     return "{" + value + "}"
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Flag:
     """A posting `VAR=value`: the value is a number, or text that stays text."""
@@ -118,7 +121,8 @@ class Flag:
             return f"{self.var}={self.value}" if plain else f'{self.var}="{self.value}"'
         return f"{self.var}={num(self.value, 8)}"
 
-    __str__ = to_text
+    def __str__(self) -> str:
+        return self.to_text()
 
 
 def parse_flag(text: str) -> Flag:

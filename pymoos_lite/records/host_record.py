@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import isfinite
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.geometry.text import fix, num, parse_number
 from pymoos_lite.records.csp import MAX_TEXT, RecordError, clip
 
@@ -15,6 +17,7 @@ _RECORD = "host record"
 _MAX_RECORD = 4096
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class HostRecord:
     """Where a community is.
@@ -92,7 +95,8 @@ class HostRecord:
         ]
         return ",".join(f"{key}={value}" for key, value in pairs if value)
 
-    __str__ = to_text
+    def __str__(self) -> str:
+        return self.to_text()
 
     def routes_from(self, own_host: str) -> tuple[str, ...]:
         """The routes as somebody at `own_host` must use them: the record's `localhost` is not ours."""

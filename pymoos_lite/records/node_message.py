@@ -6,12 +6,15 @@ import re
 from dataclasses import dataclass
 from math import isfinite
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.geometry.text import num, parse_bool, parse_number
 from pymoos_lite.records.csp import MAX_TEXT, RecordError, clip, field_map
 
 _RECORD = "NODE_MESSAGE"
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class NodeMessage:
     """A variable and its value, addressed to vessels by name and group.
@@ -107,9 +110,11 @@ class NodeMessage:
             parts.append(f"double_val={num(self.value, 6)}")
         return ",".join(parts)
 
-    __str__ = to_text
+    def __str__(self) -> str:
+        return self.to_text()
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class AckMessage:
     """ACK_MESSAGE: the receiver's answer to a message sent with `ack=true`; all three are names."""
@@ -131,7 +136,8 @@ class AckMessage:
         """`id=I, src=S, dest=D`."""
         return f"id={_plain(self.ack_id)}, src={_plain(self.src)}, dest={_plain(self.dest)}"
 
-    __str__ = to_text
+    def __str__(self) -> str:
+        return self.to_text()
 
 
 _KEYS = frozenset(

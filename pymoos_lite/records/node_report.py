@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.geometry.text import is_plain_number, num, parse_number, split_protected, unbrace
 from pymoos_lite.records.csp import MAX_TEXT, RecordError, balanced, clip, printable
 
@@ -19,6 +21,7 @@ _RECORD = "NODE_REPORT"
 _INFINITY = float("inf")
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True)
 class NodeReport:
     """One vessel's state. None (text: "") means the report does not say.
@@ -107,7 +110,8 @@ class NodeReport:
         """
         return ",".join([f"{key}={value}" for key, value in self._pairs(riders)])
 
-    __str__ = to_text
+    def __str__(self) -> str:
+        return self.to_text()
 
     def to_json(self, riders: Iterable[tuple[str, str]] = ()) -> str:
         """The JSON form: the same fields as `to_text`, numbers bare, everything else quoted."""

@@ -25,6 +25,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "bloom": ("missions.bloom.figures_tool", "draw the bloom mission, from logs or a study's results"),
     "opinion": ("opinion_engine.opinion_tool", "predict and draw opinion dynamics"),
     "nsplug": ("pymoos_lite.tools.nsplug", "expand the macros of a mission file"),
+    "compile": ("pymoos_lite.tools.compile", "compile the hot modules with this machine's C compiler"),
     "list": ("pymoos_lite.tools.catalog", "list apps, behaviours or missions"),
     "help": ("pymoos_lite.tools.manual", "the parameters of an app or a behaviour"),
 }

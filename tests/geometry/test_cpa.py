@@ -35,7 +35,7 @@ def in_contact_frame(engine: CpaEngine, course: float, v: float, t: float) -> tu
 @given(encounters)
 def test_the_engine_sees_own_ship_on_the_sides_that_the_plain_questions_name(engine: CpaEngine) -> None:
     place = (engine.cnx, engine.cny, engine.cnh, engine.osx, engine.osy)
-    sides = (engine.os_fore_of_cn, engine.os_aft_of_cn, engine.os_port_of_cn, engine.os_star_of_cn)
+    sides = (engine.aspect.fore, engine.aspect.aft, engine.aspect.port, engine.aspect.star)
     assert sides == (is_fore(*place), is_aft(*place), is_port(*place), is_star(*place))
 
 
@@ -83,9 +83,9 @@ def test_the_bearing_rate_is_the_change_of_bearing_per_second(
 @given(encounters)
 def test_gamma_and_epsilon_are_the_legs_of_the_range(engine: CpaEngine) -> None:
     ahead, right = in_contact_frame(engine, 0.0, 0.0, 0.0)
-    assert engine.epsilon == pytest.approx(abs(ahead), abs=1e-9)
-    assert engine.gamma == pytest.approx(abs(right), abs=1e-9)
-    assert math.hypot(engine.gamma, engine.epsilon) == pytest.approx(engine.range)
+    assert engine.aspect.epsilon == pytest.approx(abs(ahead), abs=1e-9)
+    assert engine.aspect.gamma == pytest.approx(abs(right), abs=1e-9)
+    assert math.hypot(engine.aspect.gamma, engine.aspect.epsilon) == pytest.approx(engine.range)
 
 
 @given(encounters, heading, speed)
@@ -108,7 +108,7 @@ def test_passing_tells_on_which_side_and_how_far_the_beam_line_is_crossed(
     t = -start / rate
     ahead, right = in_contact_frame(engine, course, v, t)
     assert ahead == pytest.approx(0.0, abs=1e-6)
-    assume(abs(right) > 1e-3 and engine.gamma > 1e-6)
+    assume(abs(right) > 1e-3 and engine.aspect.gamma > 1e-6)
     assert engine.passes_port(course, v) == (right < 0.0)
     assert engine.passes_star(course, v) == (right > 0.0)
     dists = (engine.passes_port_dist(course, v), engine.passes_star_dist(course, v))

@@ -1,0 +1,141 @@
+"""Compiled modules: found only as long as they match their sources, and the same to the last bit."""
+
+import ast
+import json
+import os
+import subprocess
+import sys
+from importlib.util import module_from_spec
+
+import pytest
+
+from pymoos_lite import compiled
+from pymoos_lite.compiled.build import _docstrings
+from pymoos_lite.compiled.modules import MODULES
+
+
+def test_the_list_names_each_module_once_in_order():
+    assert list(MODULES) == sorted(set(MODULES))
+    assert [name for name in MODULES if not compiled.source_of(name).is_file()] == []
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_no_function_uses_one_name_for_exceptions_of_several_kinds(module):
+    # Compiled, the name has the type of the first kind, and catching another raises a TypeError.
+    for function in ast.walk(ast.parse(compiled.source_of(module).read_text(encoding="utf-8"))):
+        if isinstance(function, ast.FunctionDef):
+            kinds: dict[str, set[str]] = {}
+            for each in ast.walk(function):
+                if isinstance(each, ast.ExceptHandler) and each.name and each.type:
+                    kinds.setdefault(each.name, set()).add(ast.unparse(each.type))
+            assert [name for name, found in kinds.items() if len(found) > 1] == [], function.name
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_frozen_dataclasses_stay_plain_classes(module):
+    # Compiled ones could be changed, and not copied: a reader of the source would expect neither.
+    for each in ast.parse(compiled.source_of(module).read_text(encoding="utf-8")).body:
+        if isinstance(each, ast.ClassDef):
+            marks = [ast.unparse(mark) for mark in each.decorator_list]
+            if any(mark.startswith("dataclass(") and "frozen=True" in mark for mark in marks):
+                assert "mypyc_attr(native_class=False)" in marks, each.name
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """What a build leaves, of two modules of this project, without the machine code."""
+    modules = ["pymoos_lite.core.clock", "pymoos_lite.core.entries"]
+    sources = compiled.sources(modules)
+    manifest = {"library": "library__mypyc", "modules": modules, "digest": compiled.digest(sources)}
+    (tmp_path / compiled.MANIFEST).write_text(json.dumps(manifest))
+    return tmp_path
+
+
+def test_compiled_modules_are_found_by_name_and_others_are_not(folder):
+    finder = compiled.CompiledFinder(folder)
+    spec = finder.find_spec("pymoos_lite.core.clock")
+    assert spec.origin == str(folder / ("pymoos_lite.core.clock" + compiled.SUFFIX))
+    assert finder.find_spec("library__mypyc") is not None
+    assert finder.find_spec("pymoos_lite.core.message") is None
+    with pytest.raises(ImportError):
+        module_from_spec(spec)  # there is no such library: nothing else is loaded in its place
+
+
+def test_one_changed_source_and_none_is_found(folder):
+    manifest = json.loads((folder / compiled.MANIFEST).read_text())
+    manifest["digest"] = compiled.digest(compiled.sources(["pymoos_lite.core.clock"]))
+    (folder / compiled.MANIFEST).write_text(json.dumps(manifest))
+    finder = compiled.CompiledFinder(folder)
+    assert not finder.is_fresh
+    assert finder.find_spec("pymoos_lite.core.clock") is None
+    manifest["modules"].append("pymoos_lite.core.is_no_more")
+    (folder / compiled.MANIFEST).write_text(json.dumps(manifest))
+    assert compiled.CompiledFinder(folder).find_spec("pymoos_lite.core.clock") is None
+
+
+def test_line_endings_are_no_change(tmp_path):
+    unix, windows = tmp_path / "unix.py", tmp_path / "windows.py"
+    unix.write_bytes(b"a = 1\nb = 2\n")
+    windows.write_bytes(b"a = 1\r\nb = 2\r\n")
+    assert compiled.digest([unix]) == compiled.digest([windows])
+    assert compiled.digest([unix, unix]) != compiled.digest([unix])
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"modules": []}'])
+def test_a_broken_manifest_counts_as_none(text, folder, monkeypatch):
+    (folder / compiled.MANIFEST).write_text(text)
+    monkeypatch.setattr(compiled, "FOLDER", folder)
+    monkeypatch.setattr(sys, "meta_path", [])
+    monkeypatch.delenv(compiled.SWITCH, raising=False)
+    compiled.install()
+    assert sys.meta_path == []
+    assert compiled.state() == "plain Python (never compiled: pymoos compile)"
+
+
+def test_the_state_says_what_runs(folder, monkeypatch):
+    monkeypatch.setattr(compiled, "FOLDER", folder)
+    monkeypatch.setattr(sys, "meta_path", [])
+    monkeypatch.setenv(compiled.SWITCH, "1")
+    compiled.install()
+    assert sys.meta_path == []
+    assert compiled.state() == "plain Python (PYMOOS_PURE is set)"
+    monkeypatch.setenv(compiled.SWITCH, "0")
+    compiled.install()
+    compiled.install()
+    assert len(sys.meta_path) == 1
+    assert compiled.state() == "compiled"
+    monkeypatch.setattr(sys.meta_path[0], "_fresh", False)
+    assert compiled.state() == "plain Python (a source has changed since: pymoos compile)"
+
+
+def test_classes_keep_their_docstrings():
+    from ivp_helm.helm import HelmCore
+
+    assert HelmCore.__doc__
+    assert HelmCore.__doc__.strip().startswith(
+        _docstrings(compiled.source_of("ivp_helm.helm"))["HelmCore"][:40]
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "mission",
+    [("berta", "--vehicles", "3"), ("bloom", "--vehicles", "3", "--preset", "paper"), ("alpha",)],
+    ids=lambda words: words[0],
+)
+def test_logs_are_the_same_byte_for_byte_compiled_and_plain(mission, tmp_path):
+    def logs(name, pure):
+        out = tmp_path / name
+        words = ["sim", *mission, "--duration", "120", "--seed", "3", "--log-dir", str(out)]
+        subprocess.run(
+            [sys.executable, "-m", "pymoos_lite.tools.cli", *words],
+            env={**os.environ, compiled.SWITCH: pure},
+            check=True,
+            capture_output=True,
+            timeout=300,
+        )
+        return {str(file.relative_to(out)): file.read_bytes() for file in sorted(out.rglob("*.alog"))}
+
+    plain = logs("plain", "1")
+    assert sum(map(len, plain.values())) > 10_000
+    assert logs("compiled", "") == plain
