@@ -61,6 +61,8 @@ class OpRegionRecover(Behavior):
         self.region: Polygon | None = None
         self.region_watch = RegionWatch()
         self.hints = HINTS
+        self._drawing_of: tuple[Polygon | None, VisualHints] = (None, HINTS)
+        self._drawing_text = ""
         self._side: Side = "none"
         self._drawn = False
 
@@ -141,8 +143,15 @@ class OpRegionRecover(Behavior):
         self.post_int("OPR_ABSOLUTE_PERIM_ETA", edge.absolute_eta)
         if self.visuals:
             self._drawn = True
+            self.post("VIEW_POLYGON", self._drawing(region))
+
+    def _drawing(self, region: Polygon) -> str:
+        """The region as viewers read it, written anew only when it, or how it is to look, changes."""
+        if self._drawing_of != (region, self.hints):
+            self._drawing_of = (region, self.hints)
             looks = self.hints.attributes(base=Attributes(label=self._label))
-            self.post("VIEW_POLYGON", seglist_text(Polygon(region.points, attributes=looks)))
+            self._drawing_text = seglist_text(Polygon(region.points, attributes=looks))
+        return self._drawing_text
 
     @property
     def _label(self) -> str:

@@ -8,6 +8,7 @@ and `reference` (the authors' implementation, step for step).
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -209,8 +210,8 @@ class OpinionEngine:
             try:
                 raw = float(value)
             except (TypeError, ValueError):
-                raw = np.nan
-            if not np.isfinite(raw):
+                raw = math.nan
+            if not math.isfinite(raw):
                 self.counters.bad_inputs += 1
                 raise OpinionError(
                     f"input {variable} = {str(value)[:40]!r} is not a finite number; the last one stays"

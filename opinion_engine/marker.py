@@ -7,7 +7,7 @@ it hears of, so it serves on a vessel and at the shore.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from mypy_extensions import mypyc_attr
 
@@ -43,7 +43,7 @@ class Looks:
 
 
 @mypyc_attr(native_class=False)
-@dataclass(frozen=True)
+@dataclass(slots=True)
 class Seen:
     """What is known of one vessel: position in metres, and its opinions with their time."""
 
@@ -135,9 +135,11 @@ class OptionMarker(App):
             if name in ("NAV_X", "NAV_Y"):
                 number = message.number
                 if number is not None:
-                    self._update(self.community, x=number) if name == "NAV_X" else self._update(
-                        self.community, y=number
-                    )
+                    own = self._seen(self.community)
+                    if name == "NAV_X":
+                        own.x = number
+                    else:
+                        own.y = number
             elif not isinstance(value, str):
                 continue  # binary opinions have no names of their own
             elif name.startswith("NODE_REPORT"):
@@ -147,19 +149,26 @@ class OptionMarker(App):
                     self.run_warning(str(error))
                     continue
                 if report.x is not None and report.y is not None:
-                    self._update(report.name, x=report.x, y=report.y)
+                    vessel = self._seen(report.name)
+                    vessel.x, vessel.y = report.x, report.y
             else:
                 try:
                     said = parse_text(value)
                 except MessageError as fault:
                     self.run_warning(str(fault))
                     continue
-                self._update(said.vname, opinions=said.opinions, time=message.time)
+                speaker = self._seen(said.vname)
+                speaker.opinions, speaker.time = said.opinions, message.time
 
-    def _update(self, vessel: str, **changes: object) -> None:
+    def _seen(self, vessel: str) -> Seen:
+        """What is known of a vessel; of one too many nothing is kept."""
         key = vessel.lower()
-        if key and (key in self.vessels or len(self.vessels) < MAX_VESSELS):
-            self.vessels[key] = replace(self.vessels.get(key, Seen()), **changes)  # type: ignore[arg-type]
+        seen = self.vessels.get(key)
+        if seen is None:
+            seen = Seen()
+            if key and len(self.vessels) < MAX_VESSELS:
+                self.vessels[key] = seen
+        return seen
 
     def iterate(self) -> None:
         for vessel, seen in self.vessels.items():

@@ -79,11 +79,14 @@ class Route:
     them lets it through.
     """
 
-    __slots__ = ("_last_sent", "mailbox", "pending", "subscriptions")
+    __slots__ = ("_always", "_last_sent", "mailbox", "pending", "subscriptions")
 
     def __init__(self, mailbox: list[Message], subscriptions: list[Subscription]) -> None:
         self.mailbox = mailbox
         self.subscriptions = subscriptions
+        only = subscriptions[0] if len(subscriptions) == 1 else None
+        self._always = only.interval if only is not None and only.source == "*" else None
+        """The interval of whatever source, where there is just one."""
         self.pending: Message | None = None
         self._last_sent = float("-inf")
 
@@ -127,5 +130,7 @@ class Route:
         self.pending = None
 
     def _interval_for(self, source: str) -> float | None:
+        if self._always is not None:
+            return self._always
         intervals = [s.interval for s in self.subscriptions if s.wants_source(source)]
         return min(intervals) if intervals else None
