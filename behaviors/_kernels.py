@@ -19,6 +19,31 @@ NEAR_UTILITY = 25.0
 
 
 @njit(cache=True, error_model="numpy")
+def _closest(px: float, py: float, wx: float, wy: float, horizon: float) -> float:
+    """Least distance within `horizon` of one that is at (px, py) and moves at (wx, wy)."""
+    # No branches, so that several speeds are done at once. Relative rest has k1 = 0: t is 0 then.
+    k1 = px * wx + py * wy
+    k2 = wx * wx + wy * wy + 1e-300
+    t = min(max(-k1 / k2, 0.0), horizon)
+    x = px + t * wx
+    y = py + t * wy
+    return sqrt(x * x + y * y)
+
+
+@njit(cache=True, error_model="numpy")
+def _slope(near: float, far: float) -> float:
+    return (100.0 - NEAR_UTILITY) / (far - near) if far > near else 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def _utility(c: float, near: float, far: float, slope: float) -> float:
+    """0 below `near`, 100 above `far`, between them 25 to 100."""
+    value = NEAR_UTILITY + (c - near) * slope
+    value = 100.0 if c > far else value
+    return 0.0 if c < near else value
+
+
+@njit(cache=True, error_model="numpy")
 def avoidance(
     px: float,
     py: float,
@@ -32,27 +57,14 @@ def avoidance(
     far: float,
     out: Array,
 ) -> None:
-    """out[i, j] = utility of the closest approach at course i and speed j (behaviors.md C6).
-
-    0 below `near`, 100 above `far`, between them 25 to 100.
-    """
-    slope = (100.0 - NEAR_UTILITY) / (far - near) if far > near else 0.0
+    """out[i, j] = utility of the closest approach at course i and speed j (behaviors.md C6); see `_utility`."""
+    slope = _slope(near, far)
     for i in range(east.size):
         ux = east[i]
         uy = north[i]
         for j in range(speeds.size):
-            # No branches, so that several speeds are done at once. Relative rest has k1 = 0: t is 0 then.
-            wx = speeds[j] * ux - cvx
-            wy = speeds[j] * uy - cvy
-            k1 = px * wx + py * wy
-            k2 = wx * wx + wy * wy + 1e-300
-            t = min(max(-k1 / k2, 0.0), horizon)
-            x = px + t * wx
-            y = py + t * wy
-            c = sqrt(x * x + y * y)
-            value = NEAR_UTILITY + (c - near) * slope
-            value = 100.0 if c > far else value
-            out[i, j] = 0.0 if c < near else value
+            c = _closest(px, py, speeds[j] * ux - cvx, speeds[j] * uy - cvy, horizon)
+            out[i, j] = _utility(c, near, far, slope)
 
 
 @njit(cache=True, error_model="numpy")
@@ -69,31 +81,19 @@ def avoidance_at(
     out: Array,
 ) -> None:
     """out[k] = utility, as in `avoidance`, of going at (vx[k], vy[k]): speed times unit vector."""
-    slope = (100.0 - NEAR_UTILITY) / (far - near) if far > near else 0.0
+    slope = _slope(near, far)
     for k in range(out.size):
-        wx = vx[k] - cvx
-        wy = vy[k] - cvy
-        k1 = px * wx + py * wy
-        k2 = wx * wx + wy * wy + 1e-300
-        t = min(max(-k1 / k2, 0.0), horizon)
-        x = px + t * wx
-        y = py + t * wy
-        c = sqrt(x * x + y * y)
-        value = NEAR_UTILITY + (c - near) * slope
-        value = 100.0 if c > far else value
-        out[k] = 0.0 if c < near else value
+        c = _closest(px, py, vx[k] - cvx, vy[k] - cvy, horizon)
+        out[k] = _utility(c, near, far, slope)
 
 
 @njit(cache=True, error_model="numpy")
 def avoidance_of(cpa: Array, near: float, far: float) -> None:
     """Closest approaches, in place, into the utilities of `avoidance`."""
-    slope = (100.0 - NEAR_UTILITY) / (far - near) if far > near else 0.0
+    slope = _slope(near, far)
     for i in range(cpa.shape[0]):
         for j in range(cpa.shape[1]):
-            c = cpa[i, j]
-            value = NEAR_UTILITY + (c - near) * slope
-            value = 100.0 if c > far else value
-            cpa[i, j] = 0.0 if c < near else value
+            cpa[i, j] = _utility(cpa[i, j], near, far, slope)
 
 
 @njit(cache=True, error_model="numpy")
@@ -124,10 +124,6 @@ def pursuit(
         for j in range(speeds.size):
             wx = speeds[j] * ux - cvx
             wy = speeds[j] * uy - cvy
-            k1 = px * wx + py * wy
-            k2 = wx * wx + wy * wy + 1e-300
-            t = min(max(-k1 / k2, 0.0), horizon)
-            x = px + t * wx
-            y = py + t * wy
-            c = sqrt(x * x + y * y)
-            out[i, j] = (-k1 / reach - slowest) * closing + patience * 100.0 * (1.0 - c / reach)
+            rate = -(px * wx + py * wy) / reach
+            c = _closest(px, py, wx, wy, horizon)
+            out[i, j] = (rate - slowest) * closing + patience * 100.0 * (1.0 - c / reach)

@@ -7,7 +7,6 @@ itself is `pymoos_lite.records.contact_ledger`, shared with the contact manager.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import replace
 
 from pymoos_lite.geometry.geodesy import Geodesy
 from pymoos_lite.records.contact_ledger import Contact, ContactLedger, Extrapolation, ExtrapolationMode
@@ -71,8 +70,7 @@ class HelmContacts:
                 self._ledger.drop(name)
                 continue
             if not still:
-                x, y = contact.position(now, self._policy)
-                contact = replace(contact, x=x, y=y)
+                contact = contact.at(*contact.position(now, self._policy))
             snapshot[name] = contact
 
     def summary(self) -> str:

@@ -196,6 +196,25 @@ def _tile(
 
 
 @njit(cache=True, error_model="numpy")
+def _group(
+    group: int, tiles: int, method: int, dt: float, substeps: int, rates_only: bool, indptr: np.ndarray,
+    indices: np.ndarray, starts: np.ndarray, slots: np.ndarray, places: np.ndarray, lag: np.ndarray,
+    history: np.ndarray, head: int, u_now: np.ndarray, inputs: np.ndarray, active: np.ndarray,
+    options: np.ndarray, kinds: np.ndarray, own: np.ndarray, neighbour: np.ndarray, resistance: np.ndarray,
+    attention: np.ndarray, dynamic: bool, uniform: bool, z_next: np.ndarray, u_next: np.ndarray,
+) -> None:  # fmt: skip
+    """The tiles that share one piece of working memory."""
+    width = (own.shape[1] + 4) // 4 * 4
+    work = np.empty((7 * width + 8) * TILE)
+    for tile in range(group * GROUP, min(tiles, (group + 1) * GROUP)):
+        _tile(
+            tile, width, work, method, dt, substeps, rates_only, indptr, indices, starts, slots, places,
+            lag, history, head, u_now, inputs, active, options, kinds, own, neighbour, resistance, attention,
+            dynamic, uniform, z_next, u_next,
+        )  # fmt: skip
+
+
+@njit(cache=True, error_model="numpy")
 def sweep_serial(
     method: int, dt: float, substeps: int, rates_only: bool, indptr: np.ndarray, indices: np.ndarray,
     starts: np.ndarray, slots: np.ndarray, places: np.ndarray, lag: np.ndarray, history: np.ndarray, head: int,
@@ -207,14 +226,11 @@ def sweep_serial(
     """`sweep` on one thread, for populations too small to share out."""
     tiles = (u_now.size + TILE - 1) // TILE
     for group in range((tiles + GROUP - 1) // GROUP):
-        width = (own.shape[1] + 4) // 4 * 4
-        work = np.empty((7 * width + 8) * TILE)
-        for tile in range(group * GROUP, min(tiles, (group + 1) * GROUP)):
-            _tile(
-                tile, width, work, method, dt, substeps, rates_only, indptr, indices, starts, slots, places,
-                lag, history, head, u_now, inputs, active, options, kinds, own, neighbour, resistance, attention,
-                dynamic, uniform, z_next, u_next,
-            )  # fmt: skip
+        _group(
+            group, tiles, method, dt, substeps, rates_only, indptr, indices, starts, slots, places,
+            lag, history, head, u_now, inputs, active, options, kinds, own, neighbour, resistance, attention,
+            dynamic, uniform, z_next, u_next,
+        )  # fmt: skip
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
@@ -243,14 +259,11 @@ def sweep(
     """
     tiles = (u_now.size + TILE - 1) // TILE
     for group in prange((tiles + GROUP - 1) // GROUP):
-        width = (own.shape[1] + 4) // 4 * 4
-        work = np.empty((7 * width + 8) * TILE)
-        for tile in range(group * GROUP, min(tiles, (group + 1) * GROUP)):
-            _tile(
-                tile, width, work, method, dt, substeps, rates_only, indptr, indices, starts, slots, places,
-                lag, history, head, u_now, inputs, active, options, kinds, own, neighbour, resistance, attention,
-                dynamic, uniform, z_next, u_next,
-            )  # fmt: skip
+        _group(
+            group, tiles, method, dt, substeps, rates_only, indptr, indices, starts, slots, places,
+            lag, history, head, u_now, inputs, active, options, kinds, own, neighbour, resistance, attention,
+            dynamic, uniform, z_next, u_next,
+        )  # fmt: skip
 
 
 def input_planes(inputs: np.ndarray) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Compiled modules: found only as long as they match their sources, and the same to the last bit."""
 
 import ast
+import inspect
 import json
 import os
 import subprocess
@@ -111,10 +112,7 @@ def test_the_state_says_what_runs(folder, monkeypatch):
 def test_classes_keep_their_docstrings():
     from ivp_helm.helm import HelmCore
 
-    assert HelmCore.__doc__
-    assert HelmCore.__doc__.strip().startswith(
-        _docstrings(compiled.source_of("ivp_helm.helm"))["HelmCore"][:40]
-    )
+    assert inspect.getdoc(HelmCore) == _docstrings(compiled.source_of("ivp_helm.helm"))["HelmCore"] != ""
 
 
 @pytest.mark.slow

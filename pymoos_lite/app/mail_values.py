@@ -32,25 +32,23 @@ def finite_number(message: Message) -> float | None:
 
 
 def number_or_warning(app: App, message: Message) -> float | None:
-    """What `finite_number` makes of a message; a run warning where that is None."""
-    value = finite_number(message)
-    if value is None:
+    """The finite number in a message; a run warning and None where there is none."""
+    value = message[1]
+    if type(value) is float and -MAX_MAGNITUDE <= value <= MAX_MAGNITUDE:
+        return value
+    number = finite_number(message)
+    if number is None:
         app.run_warning(f"{message.name} needs a finite number, not '{clip(message.text, 40)}'")
-    return value
+    return number
 
 
 def on_number(app: App, use: Callable[[float], None]) -> Handler:
     """A handler that passes finite numbers to `use`, and warns of everything else and of its ValueErrors."""
 
     def handle(message: Message) -> None:
-        value = message[1]
-        if type(value) is float and -MAX_MAGNITUDE <= value <= MAX_MAGNITUDE:
-            number = value
-        else:
-            found = number_or_warning(app, message)
-            if found is None:
-                return
-            number = found
+        number = number_or_warning(app, message)
+        if number is None:
+            return
         try:
             use(number)
         except ValueError as error:

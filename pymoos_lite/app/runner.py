@@ -127,8 +127,11 @@ class AppRunner:
             iterates = due or self.mode == 1
             mail = waiting.copy()
             waiting.clear()
-            if not self._special.isdisjoint(map(_name_of, mail)):
-                mail = self._take_special(mail)
+            special = self._special
+            for message in mail:
+                if message[0] in special:
+                    mail = self._take_special(mail)
+                    break
             if mail:
                 if self._sort:
                     mail.sort(key=_time_of)
@@ -293,5 +296,4 @@ class AppRunner:
         )
 
 
-_name_of = itemgetter(0)
 _time_of = itemgetter(2)

@@ -185,8 +185,8 @@ class Database:
             record.writes += 1
             direct = record.direct
             if direct:  # about half of all variables are heard by nobody
-                for append in direct:
-                    append(message)
+                for mailbox in direct:
+                    mailbox.append(message)
             return True
 
         return post
@@ -210,8 +210,8 @@ class Database:
                 record.writes += 1
                 direct = record.direct
                 if direct:
-                    for append in direct:
-                        append(message)
+                    for mailbox in direct:
+                        mailbox.append(message)
 
         return post
 
@@ -246,8 +246,8 @@ class Database:
             if writer is not None:
                 writer.published[name] = None
                 record.express = "" if record.filtered else client
-        for append in record.direct:
-            append(message)
+        for mailbox in record.direct:
+            mailbox.append(message)
         if record.filtered:
             for route in record.filtered.values():
                 route.offer(message, now)
@@ -350,14 +350,14 @@ class Database:
             self._rebuild_routes(record)
 
     def _rebuild_routes(self, record: Record) -> None:
-        direct: list[Callable[[Message], None]] = []
+        direct: list[list[Message]] = []
         filtered: dict[str, Route] = {}
         for client in self._clients.values():
             wishes = client.wishes(record.name)
             if not wishes:
                 continue
             if any(s.interval == 0.0 and s.source == "*" for s in wishes):
-                direct.append(client.mailbox.append)
+                direct.append(client.mailbox)
                 continue
             route = Route(client.mailbox, wishes)
             former = record.filtered.get(client.name)

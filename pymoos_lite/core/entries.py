@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from pymoos_lite.core.message import Message
@@ -74,8 +73,8 @@ class Record:
         # The connected client that wrote last, while nobody throttles the variable: it is nearly always the
         # next one, it is known as a writer, and its posts just go to `direct` (see `Database.door`).
         self.express = ""
-        # Subscribers of every post: just their mailboxes' append. All others go through a Route.
-        self.direct: list[Callable[[Message], None]] = []
+        # The mailboxes of those who want every post. All others go through a Route.
+        self.direct: list[list[Message]] = []
         self.filtered: dict[str, Route] = {}
 
 

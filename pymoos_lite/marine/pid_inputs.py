@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable
 
 from pymoos_lite.app import App
-from pymoos_lite.app.mail_values import MAX_MAGNITUDE, Handler, number_or_warning, on_number, on_truth
+from pymoos_lite.app.mail_values import Handler, number_or_warning, on_number, on_truth
 from pymoos_lite.core.message import Message
 from pymoos_lite.geometry.angles import angle360
 from pymoos_lite.marine.pid import PidEngine
@@ -79,14 +79,9 @@ class PidInputs:
         max_skew = self._max_skew
 
         def handle(message: Message) -> None:
-            value = message[1]
-            if type(value) is float and -MAX_MAGNITUDE <= value <= MAX_MAGNITUDE:
-                number = value
-            else:
-                found = number_or_warning(app, message)
-                if found is None:
-                    return
-                number = found
+            number = number_or_warning(app, message)
+            if number is None:
+                return
             skew = app.now - message[2]
             if -max_skew < skew < max_skew:
                 use(number)

@@ -103,26 +103,65 @@ def parse_decay(text: str, separator: str = ",") -> tuple[float, float]:
     return numbers[0], numbers[1]
 
 
-@mypyc_attr(native_class=False)
-@dataclass(frozen=True)
 class Contact:
-    """One vessel as last heard.
+    """One vessel as last heard; never changed, as many hold it.
 
     `report` is what it said; beside it stand the values to use: a local position, a known type, a length (None
     where nobody knows), a course over ground. `heard_at` is the local time of receipt, `time` the report's stamp.
     """
 
-    name: str
-    report: NodeReport
-    x: float
-    y: float
-    speed: float
-    heading: float
-    cog: float
-    time: float
-    heard_at: float
-    type: str
-    length: float | None
+    # No dataclass, whose frozen kind is dear to make: every vessel makes one of every report of every other, twice.
+    __slots__ = (
+        "cog",
+        "heading",
+        "heard_at",
+        "length",
+        "name",
+        "report",
+        "speed",
+        "time",
+        "type",
+        "x",
+        "y",
+    )
+
+    def __init__(
+        self,
+        name: str,
+        report: NodeReport,
+        x: float,
+        y: float,
+        speed: float,
+        heading: float,
+        cog: float,
+        time: float,
+        heard_at: float,
+        type: str,
+        length: float | None,
+    ) -> None:
+        self.name = name
+        self.report = report
+        self.x, self.y = x, y
+        self.speed, self.heading, self.cog = speed, heading, cog
+        self.time, self.heard_at = time, heard_at
+        self.type = type
+        self.length = length
+
+    def at(self, x: float, y: float) -> Contact:
+        """The same contact at another place."""
+        return Contact(
+            self.name,
+            self.report,
+            x,
+            y,
+            self.speed,
+            self.heading,
+            self.cog,
+            self.time,
+            self.heard_at,
+            self.type,
+            self.length,
+        )
 
     def age(self, now: float) -> float:
         """Seconds since the report was received."""
@@ -226,22 +265,7 @@ class ContactLedger:
             moved = before is not None and (before.x, before.y) != (x, y)
             cog = bearing(before.x, before.y, x, y) if before is not None and moved else heading
         length = report.length or _LENGTHS.get(kind)
-        # A copy by its dictionary, as in `complete`: every vessel examines every report of every other, twice.
-        contact = Contact.__new__(Contact)
-        contact.__dict__.update(
-            name=name,
-            report=report,
-            x=x,
-            y=y,
-            speed=speed,
-            heading=heading,
-            cog=cog,
-            time=report.time,
-            heard_at=now,
-            type=kind,
-            length=length,
-        )
-        return contact
+        return Contact(name, report, x, y, speed, heading, cog, report.time, now, kind, length)
 
     def complete(self, contact: Contact) -> NodeReport:
         """The contact's report with everything filled in that the ledger knows: what others are told of it."""
