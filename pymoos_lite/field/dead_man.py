@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.app import App
 from pymoos_lite.config.parameters import Declaration, Parameter
 from pymoos_lite.core.message import Message
 from pymoos_lite.records.csp import parse_flag
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class DeadMan(App):
     """Watches one variable; any post of it is a beat."""
 

@@ -9,10 +9,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Self
+from typing import Self
+
+from mypy_extensions import mypyc_attr
 
 from pymoos_lite.geometry.angles import angle360, bearing, rel_bearing, snap_to_step, unit_vector
-from pymoos_lite.geometry.attributes import PLAIN, Attributes
 from pymoos_lite.geometry.segments import (
     MISS,
     dist_to_ray,
@@ -30,21 +31,20 @@ TOLERANCE = 1e-9
 Edge = tuple[float, float, float, float]
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True)
 class Polygon(SegList):
     """A closed seglist; the last vertex joins the first."""
 
     @classmethod
-    def radial(
-        cls, x: float, y: float, radius: float, count: int, *, snap: float = 0.0, **attributes: Any
-    ) -> Self:
+    def radial(cls, x: float, y: float, radius: float, count: int, *, snap: float = 0.0) -> Self:
         """Regular polygon of `count` vertices, clockwise, the first half a step east of north."""
         step = 360.0 / count
         points = []
         for i in range(count):
             ux, uy = unit_vector(step / 2.0 + i * step)
             points.append((snap_to_step(x + radius * ux, snap), snap_to_step(y + radius * uy, snap)))
-        return cls(tuple(points), attributes=Attributes(**attributes) if attributes else PLAIN)
+        return cls(tuple(points))
 
     @cached_property
     def edges(self) -> tuple[Edge, ...]:
@@ -201,12 +201,18 @@ class Polygon(SegList):
             return MISS
         if self.contains(x, y) or self.ray_dist(x, y, heading) >= 0.0:
             return 0.0
-        return min(self.dist(x, y), *(dist_to_ray(x, y, heading, vx, vy) for vx, vy in self.points))
+        corners = [dist_to_ray(x, y, heading, vx, vy) for vx, vy in self.points]
+        return min(self.dist(x, y), *corners)
 
     def nearest_point(self, x: float, y: float) -> XY:
         """Point of the boundary nearest to (x, y); (x, y) itself without edges."""
-        feet = [nearest_on_segment(*edge, x, y) for edge in self.edges]
-        return min(feet, key=lambda p: math.dist(p, (x, y)), default=(x, y))
+        best, found = math.inf, (x, y)
+        for edge in self.edges:
+            foot = nearest_on_segment(*edge, x, y)
+            distance = math.dist(foot, (x, y))
+            if distance < best:
+                best, found = distance, foot
+        return found
 
     def boundary_toward_center(self, x: float, y: float) -> XY:
         """Where the line from (x, y) to the box centre meets the boundary: the stock "closest point".
@@ -289,15 +295,8 @@ class Polygon(SegList):
         """Vertices dropped, the flattest corner first, until the polygon is convex or a triangle."""
         polygon = self
         while len(polygon) > 3 and not polygon.is_convex:
-            n = len(polygon)
-            pts = polygon.points
-
-            def flatness(i: int, pts: tuple[XY, ...] = pts, n: int = n) -> float:
-                (x0, y0), (x1, y1), (x2, y2) = pts[i - 1], pts[i], pts[(i + 1) % n]
-                return abs((x1 - x0) * (y2 - y1) - (y1 - y0) * (x2 - x1))
-
-            drop = min(range(n), key=flatness)
-            polygon = polygon.reordered([i for i in range(n) if i != drop])
+            drop = _flattest_corner(polygon.points)
+            polygon = polygon.reordered([i for i in range(len(polygon)) if i != drop])
         return polygon
 
     def heading_wedge_offset(self, x: float, y: float, heading: float) -> float:
@@ -311,3 +310,13 @@ class Polygon(SegList):
             return 0.0
         offsets = [angle360(bearing(x, y, vx, vy) - heading) for vx, vy in self.points]
         return min(min(o, 360.0 - o) for o in offsets)
+
+
+def _flattest_corner(points: tuple[XY, ...]) -> int:
+    """Index of the corner that encloses the smallest area with its neighbours, the first in a tie."""
+
+    def area(i: int) -> float:
+        (x0, y0), (x1, y1), (x2, y2) = points[i - 1], points[i], points[(i + 1) % len(points)]
+        return abs((x1 - x0) * (y2 - y1) - (y1 - y0) * (x2 - x1))
+
+    return min(range(len(points)), key=area)
