@@ -1,6 +1,7 @@
 """Compiled modules: found only as long as they match their sources, and the same to the last bit."""
 
 import ast
+import importlib
 import inspect
 import json
 import os
@@ -40,6 +41,18 @@ def test_frozen_dataclasses_stay_plain_classes(module):
             marks = [ast.unparse(mark) for mark in each.decorator_list]
             if any(mark.startswith("dataclass(") and "frozen=True" in mark for mark in marks):
                 assert "mypyc_attr(native_class=False)" in marks, each.name
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_apps_and_behaviours_can_be_extended(module):
+    from ivp_helm.behavior import Behavior
+    from pymoos_lite.app import App
+
+    found = importlib.import_module(module)
+    for each in ast.parse(compiled.source_of(module).read_text(encoding="utf-8")).body:
+        if isinstance(each, ast.ClassDef) and issubclass(getattr(found, each.name), App | Behavior):
+            marks = [ast.unparse(mark) for mark in each.decorator_list]
+            assert "mypyc_attr(allow_interpreted_subclasses=True)" in marks, each.name
 
 
 @pytest.fixture
