@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import signal
 import sys
+import threading
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -69,10 +72,32 @@ def _run(args: argparse.Namespace) -> int:
     journal = Journal(out, text)
     try:
         if not args.summary:
-            _work(study, text, journal, args)
+            with _stoppable():
+                _work(study, text, journal, args)
         return _tell(study, journal)
     finally:
         journal.close()
+
+
+@contextmanager
+def _stoppable() -> Iterator[None]:
+    """Inside, being asked to end is Ctrl-C: the workers end too, and what is done stays done.
+
+    A shell starts background jobs with Ctrl-C ignored, so that is set as well.
+    """
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = [(number, signal.signal(number, stop)) for number in (signal.SIGINT, signal.SIGTERM)]
+    try:
+        yield
+    finally:
+        for number, handler in before:
+            signal.signal(number, handler)
 
 
 def load_study(name: str) -> tuple[StudyFile, str]:
