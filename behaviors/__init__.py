@@ -1,3 +1,6 @@
 """The behaviours that come with pymoos-lite, one file each."""
 
-import pymoos_lite  # noqa: F401  (lets imports find compiled modules)
+from pymoos_lite.compiled import install
+
+# Before any other module of ours is imported, else its plain form is.
+install()

@@ -1,3 +1,6 @@
 """The interval-programming helm: objective functions, solver, behaviour files, modes and the helm itself."""
 
-import pymoos_lite  # noqa: F401  (lets imports find compiled modules)
+from pymoos_lite.compiled import install
+
+# Before any other module of ours is imported, else its plain form is.
+install()

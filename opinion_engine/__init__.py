@@ -6,4 +6,7 @@ options to behaviours), `graphs` and `population` (many agents; what a run leave
 `design` (what an option file will do), `studies` and `plots` (figures; the commands are in `opinion_tool`).
 """
 
-import pymoos_lite  # noqa: F401  (lets imports find compiled modules)
+from pymoos_lite.compiled import install
+
+# Before any other module of ours is imported, else its plain form is.
+install()

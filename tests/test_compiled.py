@@ -87,6 +87,15 @@ def test_one_changed_source_and_none_is_found(folder):
     assert compiled.CompiledFinder(folder).find_spec("pymoos_lite.core.clock") is None
 
 
+def test_what_was_built_is_taken_away_and_nothing_else(folder):
+    (folder / ("library__mypyc" + compiled.SUFFIX)).write_bytes(b"")
+    (folder / "library__mypyc.another-python.so").write_bytes(b"")
+    compiled.remove(folder)
+    assert [file.name for file in folder.iterdir()] == ["library__mypyc.another-python.so"]
+    compiled.remove(folder)
+    compiled.remove(folder / "never made")
+
+
 def test_line_endings_are_no_change(tmp_path):
     unix, windows = tmp_path / "unix.py", tmp_path / "windows.py"
     unix.write_bytes(b"a = 1\nb = 2\n")

@@ -100,6 +100,13 @@ def install() -> None:
             return  # never built here, or only half
 
 
+def remove(folder: Path) -> None:
+    """Take away what was built there for this Python. The manifest goes first: without it nothing else counts."""
+    (folder / MANIFEST).unlink(missing_ok=True)
+    for file in folder.glob("*" + SUFFIX + "*"):
+        file.unlink()
+
+
 def state() -> str:
     """In a few words, what runs: "compiled", "plain Python" and why."""
     if os.environ.get(SWITCH, "") not in ("", "0"):

@@ -43,7 +43,7 @@ def build(folder: Path) -> None:
     from setuptools import Distribution
     from setuptools.command.build_ext import build_ext
 
-    from pymoos_lite.compiled import DOCSTRINGS, MANIFEST, ROOT, SUFFIX, digest, source_of, sources
+    from pymoos_lite.compiled import DOCSTRINGS, MANIFEST, ROOT, SUFFIX, digest, remove, source_of, sources
     from pymoos_lite.compiled.modules import MODULES
 
     class Parallel(build_ext):
@@ -96,8 +96,7 @@ def build(folder: Path) -> None:
     manifest = {"library": LIBRARY, "modules": list(MODULES), "digest": made_from}
     (new / MANIFEST).write_text(json.dumps(manifest, indent=1), encoding="utf-8")
     folder.mkdir(exist_ok=True)
-    for old in folder.glob("*" + SUFFIX + "*"):
-        old.unlink()
+    remove(folder)
     for file in sorted(new.iterdir(), key=lambda file: file.name == MANIFEST):  # the manifest last
         file.replace(folder / file.name)
     new.rmdir()

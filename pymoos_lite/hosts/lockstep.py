@@ -19,7 +19,6 @@ from pymoos_lite.app import App, AppContext, AppRunner, Quit
 from pymoos_lite.core.clock import VirtualClock
 from pymoos_lite.core.database import Database
 from pymoos_lite.core.message import Message
-from pymoos_lite.hosts.collector import patient_collector
 from pymoos_lite.hosts.failures import Failure, describe_failure
 from pymoos_lite.hosts.local import LocalConnection
 from pymoos_lite.hosts.network import SimulatedNetwork
@@ -180,10 +179,6 @@ class Lockstep:
 
     def run_until(self, end: float, progress: Callable[[float], None] | None = None) -> None:
         """Advance to mission time `end`; steps due exactly then are left for the next call."""
-        with patient_collector():
-            self._run_until(end, progress)
-
-    def _run_until(self, end: float, progress: Callable[[float], None] | None) -> None:
         queue = self._queue
         clock = self.clock
         next_progress = clock.now()

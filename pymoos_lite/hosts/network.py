@@ -11,7 +11,7 @@ import errno
 import heapq
 import random
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 from mypy_extensions import mypyc_attr
 
@@ -217,8 +217,8 @@ class SimulatedNetwork:
         """The sum over all pairs."""
         total = Traffic()
         for _, _, traffic in self.traffic():
-            for name in ("sent", "bytes", "delivered", "lost", "squeezed", "doubled", "unreachable"):
-                setattr(total, name, getattr(total, name) + getattr(traffic, name))
+            for each in fields(Traffic):
+                setattr(total, each.name, getattr(total, each.name) + getattr(traffic, each.name))
         return total
 
     def _way(self, source: str, destination: str) -> _Way:

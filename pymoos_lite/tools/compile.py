@@ -27,8 +27,7 @@ def run(args: argparse.Namespace) -> int:
         print(compiled.state())
         return 0
     if args.remove:
-        for file in compiled.FOLDER.glob("*" + compiled.SUFFIX + "*"):
-            file.unlink()
+        compiled.remove(compiled.FOLDER)
         print("plain Python runs from now on")
         return 0
     missing = [name for name in ("mypyc", "setuptools") if importlib.util.find_spec(name) is None]

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 
 import psutil
 import pytest
@@ -44,8 +45,10 @@ def test_a_study_asked_to_end_leaves_no_worker_behind(asked, tmp_path):
     workers = []
     try:
         parent = psutil.Process(study.pid)
+        end = time.monotonic() + PATIENCE
         while len(workers) < 2:
             assert study.poll() is None
+            assert time.monotonic() < end
             workers = workers_of(parent)
         study.send_signal(asked)
         assert study.wait(PATIENCE) != 0
