@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from ivp_helm.lifecycle import Life, Outcome
@@ -70,11 +70,12 @@ class Announcer:
         for group in STATES:
             self._outbox.post_change(f"IVPHELM_BHV_{group.upper()}_CNT", 0.0)
 
-    def note_variables(self, lives: Iterable[Life]) -> None:
-        """Behaviours were added: remember the variables that their states turn on, and where updates go."""
-        lives = list(lives)
-        self._variables |= state_variables(lives)
-        self._variables_text = ",".join(sorted(self._variables))
+    def note_variables(self, lives: Sequence[Life], changed: Sequence[Life] = ()) -> None:
+        """Remember the variables that the states of new and changed behaviours turn on, and where updates go."""
+        variables = state_variables(changed)
+        if not variables <= self._variables:
+            self._variables |= variables
+            self._variables_text = ",".join(sorted(self._variables))
         named = [(life.name, life.behavior.config.updates) for life in lives]
         self._updates_text = ",".join(f"{name}={variable}" for name, variable in named if variable)
 

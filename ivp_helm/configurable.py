@@ -152,7 +152,10 @@ class Configurable:
         return self._policy == "open"
 
     def watch(self, *variables: str) -> None:
-        """Ask for mail of more variables than `INFO` names (e.g. those that a parameter names)."""
+        """Ask for mail of more variables than `INFO` names (e.g. those that a parameter names).
+
+        To be called while parameters are given or from `on_parameters`: the helm registers after those.
+        """
         self._watched.update(dict.fromkeys(v for v in variables if v))
 
     def variables_needed(self) -> list[str]:

@@ -207,7 +207,13 @@ class HelmCore:
         for life in self.population:
             life.begin()
         self.population.announce_birth(self.started)
-        self._register_all()
+        for name in self.modes.variables():
+            self.registrations.want(name)
+        for entry in self._deferred:
+            self.registrations.want(entry.variable)
+        for template in self.population.templates:
+            self.registrations.want(template.updates)
+        self._register(self.population.lives)
 
     def take_registrations(self) -> list[str]:
         """Names to register for that were not handed out before."""
@@ -216,17 +222,12 @@ class HelmCore:
             self.outbox.post("IVPHELM_REGISTER", name)
         return names
 
-    def _register_all(self) -> None:
-        for name in self.modes.variables():
-            self.registrations.want(name)
-        for entry in self._deferred:
-            self.registrations.want(entry.variable)
-        for template in self.population.templates:
-            self.registrations.want(template.updates)
-        for life in self.population:
+    def _register(self, changed: Sequence[Life]) -> None:
+        """Behaviours are new, or had an update: hear what they need now, and know their contacts."""
+        for life in changed:
             for name in life.behavior.variables_needed():
                 self.registrations.want(name)
-        self.announcer.note_variables(self.population.lives)
+        self.announcer.note_variables(self.population.lives, changed)
         self._referred = frozenset(
             str(contact) for life in self.population if (contact := vars(life.behavior.config).get("contact"))
         )
@@ -351,7 +352,7 @@ class HelmCore:
         rounds, verdict, solve_seconds = self._run_and_solve()
         count = Count.of(rounds)
         if newcomers or count.updates:
-            self._register_all()
+            self._register([life for life in self.population.lives if life.results or life in newcomers])
         for variable, mode in modes.items():
             outbox.post_change(variable, mode, "HELM_MODE")
         decision, complaint = verdict.decision, verdict.complaint

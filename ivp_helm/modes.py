@@ -13,13 +13,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from operator import is_
 
 from mypy_extensions import mypyc_attr
 
 from ivp_helm.conditions import Condition, ConditionSet, variables_of
 from ivp_helm.info_buffer import InfoBuffer
+from pymoos_lite.compiled.once import once
 from pymoos_lite.config.conditions import Reference, Relation, delta_base
 
 _NEVER = object()
@@ -47,12 +47,12 @@ class ModeEntry:
     line: int = field(default=0, compare=False)
     file: str = field(default="", compare=False)
 
-    @cached_property
+    @once
     def parent(self) -> Condition | None:
         """The condition that names the parent mode, if there is one."""
         return next((c for c in self.conditions if prefix_of(self.variable, c) is not None), None)
 
-    @cached_property
+    @once
     def prefix(self) -> str:
         """The parent mode, maybe with colons, or an empty text."""
         return (prefix_of(self.variable, self.parent) or "") if self.parent is not None else ""

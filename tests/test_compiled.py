@@ -14,6 +14,9 @@ import pytest
 from pymoos_lite import compiled
 from pymoos_lite.compiled.build import _docstrings
 from pymoos_lite.compiled.modules import MODULES
+from pymoos_lite.compiled.once import once
+from pymoos_lite.geometry.encounter import RelativeState
+from pymoos_lite.geometry.polygon import Polygon
 
 
 def test_the_list_names_each_module_once_in_order():
@@ -41,6 +44,49 @@ def test_frozen_dataclasses_stay_plain_classes(module):
             marks = [ast.unparse(mark) for mark in each.decorator_list]
             if any(mark.startswith("dataclass(") and "frozen=True" in mark for mark in marks):
                 assert "mypyc_attr(native_class=False)" in marks, each.name
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_what_is_to_be_kept_is_kept(module):
+    # Compiled, functools.cached_property is a plain property: right, and worked out anew at every call.
+    names = [
+        ast.unparse(mark)
+        for mark in ast.walk(ast.parse(compiled.source_of(module).read_text(encoding="utf-8")))
+        if isinstance(mark, ast.Name | ast.Attribute)
+    ]
+    assert [name for name in names if name.endswith("cached_property")] == []
+
+
+def test_a_property_worked_out_once_is_worked_out_once():
+    asked = []
+
+    class Shape:
+        @once
+        def area(self) -> float:
+            """Square metres."""
+            asked.append(self)
+            return 7.0
+
+    one, other = Shape(), Shape()
+    assert (one.area, one.area, other.area) == (7.0, 7.0, 7.0)
+    assert asked == [one, other]
+    assert inspect.getdoc(Shape.area) == "Square metres."
+    with pytest.raises(AttributeError):
+        del Shape().area
+
+
+@pytest.mark.parametrize(
+    ("shape", "name"),
+    [
+        (Polygon.radial(0.0, 0.0, 10.0, 8), "edges"),
+        (Polygon.radial(0.0, 0.0, 10.0, 8), "bounds"),
+        (RelativeState(0.0, 0.0, 0.0, 1.0, 9.0, 9.0, 0.0, 1.0), "mirror"),
+    ],
+    ids=["edges", "bounds", "mirror"],
+)
+def test_shapes_keep_what_they_worked_out(shape, name):
+    first = getattr(shape, name)
+    assert getattr(shape, name) is first
 
 
 @pytest.mark.parametrize("module", MODULES)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from mypy_extensions import mypyc_attr
+
 from missions.bloom.allocation import METHODS
 from missions.bloom.coalitions import SET_PARAMETERS, given_sets, names_in
 from missions.bloom.control import Control, ControlSettings, standby_offset
@@ -40,6 +42,7 @@ def _number(
     return Parameter(name, "number", default, unit, doc, low=low, aliases=aliases)
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class BloomControl(App):
     """Posts the inputs of the three options, and does the book-keeping of sample points and migrations."""
 

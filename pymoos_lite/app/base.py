@@ -70,11 +70,11 @@ class Connection(Protocol):
         """All mail since the last call, in order of arrival."""
         ...
 
-    def published_names(self) -> Iterable[str]:
+    def published_names(self) -> tuple[str, ...]:
         """Variables this client has posted so far."""
         ...
 
-    def registered_names(self) -> Iterable[str]:
+    def registered_names(self) -> tuple[str, ...]:
         """Names and patterns this client is registered for."""
         ...
 

@@ -6,7 +6,6 @@ come (or when mail came, if `wakes_on_mail`), and catches what the app raises.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from operator import itemgetter
 from typing import Protocol
 
@@ -45,6 +44,21 @@ class NoMeter:
         return 0, 0
 
 
+class Listing:
+    """Names as a text, a comma after each; made anew only when they have changed."""
+
+    def __init__(self) -> None:
+        self._names: tuple[str, ...] = ()
+        self._text = ""
+
+    def text(self, names: tuple[str, ...]) -> str:
+        """The names as they are now; told fastest by the very object of the time before."""
+        if names is not self._names:
+            self._names = names
+            self._text = "".join([f"{name}," for name in names])
+        return self._text
+
+
 class AppRunner:
     """One app's life from start-up to quitting."""
 
@@ -72,7 +86,8 @@ class AppRunner:
         self._requests: dict[str, AppCastRequest] = {}
         self._request_ends: dict[str, float] = {}
         self._load_until = float("-inf")
-        self._names: dict[str, tuple[list[str], str]] = {"published": ([], ""), "registered": ([], "")}
+        self._published = Listing()
+        self._registered = Listing()
         self.wakes_on_mail = self.mode != 0
         """Whether the app wants its mail (and in mode 1 an iteration) before the next tick."""
 
@@ -215,28 +230,14 @@ class AppRunner:
     def _status(self, now: float) -> str:
         memory, peak = self.meter.memory_kb()
         app = self.app
-        published, subscribed = self._traffic()
+        connection = app.connection
+        published = self._published.text(connection.published_names())
+        subscribed = self._registered.text(connection.registered_names())
         return (
             f"AppErrorFlag=false,Uptime={now - app.started:.6g},cpuload={self.meter.cpu_load():.4g},"
             f"memory_kb={memory},memory_max_kb={peak},MOOSName={app.name},"
             f'Publishing="{published}",Subscribing="{subscribed}"{app.status_suffix()}'
         )
-
-    def _traffic(self) -> tuple[str, str]:
-        connection = self.app.connection
-        return (
-            self._listed("published", connection.published_names()),
-            self._listed("registered", connection.registered_names()),
-        )
-
-    def _listed(self, which: str, names: Iterable[str]) -> str:
-        """The names, a comma after each; made anew only when they have changed."""
-        known, text = self._names[which]
-        present = list(names)
-        if present != known:
-            text = "".join(f"{name}," for name in present)
-            self._names[which] = (present, text)
-        return text
 
     # --- reports -----------------------------------------------------------------------------
 

@@ -314,15 +314,15 @@ class Database:
                 self._unwritten[name] = wanted
         return wanted
 
-    def published_by(self, client: str) -> list[str]:
+    def published_by(self, client: str) -> tuple[str, ...]:
         """Variables that the client has posted, in order of its first posts."""
         record = self._clients.get(client)
-        return list(record.published) if record is not None else []
+        return record.published_names() if record is not None else ()
 
-    def registered_by(self, client: str) -> list[str]:
+    def registered_by(self, client: str) -> tuple[str, ...]:
         """Names and patterns that the client is registered for."""
         record = self._clients.get(client)
-        return [pattern for pattern, _ in record.subscriptions] if record is not None else []
+        return record.registered_names() if record is not None else ()
 
     def clear(self, now: float) -> None:
         """Forget all values and types, keep subscriptions, restart the uptime (`DB_CLEAR`)."""

@@ -20,6 +20,20 @@ class Client:
     exact: dict[str, list[Subscription]] = field(default_factory=dict)
     published: dict[str, None] = field(default_factory=dict)
     latencies: list[float] = field(default_factory=list)
+    _published_names: tuple[str, ...] = ()
+    _registered_names: tuple[str, ...] = ()
+
+    def published_names(self) -> tuple[str, ...]:
+        """Variables it has posted, in order of its first posts: the same object until there is one more."""
+        if len(self._published_names) != len(self.published):
+            self._published_names = tuple(self.published)
+        return self._published_names
+
+    def registered_names(self) -> tuple[str, ...]:
+        """Names and patterns it is registered for: the same object until they change."""
+        if len(self._registered_names) != len(self.subscriptions):
+            self._registered_names = tuple([pattern for pattern, _ in self.subscriptions])
+        return self._registered_names
 
     def wishes(self, variable: str) -> list[Subscription]:
         """The subscriptions that cover a variable."""
@@ -30,6 +44,7 @@ class Client:
         """Take a subscription; one of the same pattern and source is replaced."""
         self.remove(subscription.pattern, subscription.source)
         self.subscriptions[(subscription.pattern, subscription.source)] = subscription
+        self._registered_names = ()
         self._shelf(subscription.pattern).append(subscription)
 
     def remove(self, pattern: str, source: str | None) -> bool:
@@ -41,6 +56,7 @@ class Client:
         )
         for key in keys:
             self._shelf(pattern).remove(self.subscriptions.pop(key))
+        self._registered_names = ()
         return bool(keys)
 
     def _shelf(self, pattern: str) -> list[Subscription]:

@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from functools import cached_property
 from itertools import pairwise
 
 from mypy_extensions import mypyc_attr
 
+from pymoos_lite.compiled.once import once
 from pymoos_lite.geometry.angles import angle360, is_aft, is_fore, is_port, is_star
 from pymoos_lite.geometry.cpa import CpaEngine
 from pymoos_lite.geometry.formats import SpecError, shown
@@ -72,7 +72,7 @@ class RelativeState:
             range=engine.range,
         )
 
-    @cached_property
+    @once
     def mirror(self) -> CpaEngine:
         """The encounter as the contact sees it: own ship as its contact."""
         return CpaEngine(self.osx, self.osy, self.osh, self.osv, self.cnx, self.cny)
@@ -97,7 +97,7 @@ class RelativeState:
         """Rate of the contact's bearing, degrees per second, positive when it draws right."""
         return self.engine.bearing_rate(self.osh, self.osv)
 
-    @cached_property
+    @once
     def cpa(self) -> float:
         """Closest point of approach within CPA_HORIZON seconds at the present courses and speeds."""
         return self.engine.eval_cpa(self.osh, self.osv, CPA_HORIZON)

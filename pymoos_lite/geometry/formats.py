@@ -11,6 +11,8 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from mypy_extensions import mypyc_attr
+
 from pymoos_lite.geometry import patterns
 from pymoos_lite.geometry.attributes import Attributes, is_attribute, read_attributes
 from pymoos_lite.geometry.patterns import MAX_VERTICES, PatternError
@@ -75,6 +77,7 @@ def _whole(values: Mapping[str, str], key: str) -> int:
     return int(value)
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class _Format:
     """How one described shape is written: its fields in their positional order, and its builder."""

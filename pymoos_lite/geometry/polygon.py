@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Self
 
 from mypy_extensions import mypyc_attr
 
+from pymoos_lite.compiled.once import once
 from pymoos_lite.geometry.angles import angle360, bearing, rel_bearing, snap_to_step, unit_vector
 from pymoos_lite.geometry.segments import (
     MISS,
@@ -46,7 +46,7 @@ class Polygon(SegList):
             points.append((snap_to_step(x + radius * ux, snap), snap_to_step(y + radius * uy, snap)))
         return cls(tuple(points))
 
-    @cached_property
+    @once
     def edges(self) -> tuple[Edge, ...]:
         """(x1, y1, x2, y2) of every edge, the closing one last; none for fewer than two vertices."""
         n = len(self.points)
@@ -55,12 +55,12 @@ class Polygon(SegList):
         count = n if n > 2 else 1
         return tuple((*self.points[i], *self.points[(i + 1) % n]) for i in range(count))
 
-    @cached_property
+    @once
     def area(self) -> float:
         """Enclosed area (shoelace), square metres, never negative."""
         return abs(self.signed_area)
 
-    @cached_property
+    @once
     def signed_area(self) -> float:
         """Enclosed area, square metres, negative for vertices in clockwise order."""
         # Relative to the first vertex: far from the origin the products would cancel badly.
@@ -91,7 +91,7 @@ class Polygon(SegList):
             sy += (y1 - oy + y2 - oy) * cross
         return ox + sx / (6.0 * area), oy + sy / (6.0 * area)
 
-    @cached_property
+    @once
     def is_convex(self) -> bool:
         """True for a convex polygon of at least three vertices; colinear vertices between others are allowed.
 
@@ -122,7 +122,7 @@ class Polygon(SegList):
             previous = edge
         return side != 0.0 and abs(abs(turned) - 2.0 * math.pi) < 1.0
 
-    @cached_property
+    @once
     def half_planes(self) -> tuple[tuple[float, float, float], ...]:
         """(nx, ny, c) per edge of a convex polygon: n.p - c is the distance of p outside of that edge."""
         outward = 1.0 if self.signed_area > 0.0 else -1.0

@@ -9,16 +9,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import pairwise
 from typing import Any, Self
 
+from mypy_extensions import mypyc_attr
+
+from pymoos_lite.compiled.once import once
 from pymoos_lite.geometry.angles import bearing, project_point, snap_to_step
 from pymoos_lite.geometry.attributes import PLAIN, Attributes
 
 XY = tuple[float, float]
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Point:
     """A point with an optional depth z and transparency (0..1), and its drawing attributes."""
@@ -39,6 +42,7 @@ class Point:
         return replace(self, attributes=replace(self.attributes, **changes))
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True)
 class SegList:
     """An ordered list of vertices.
@@ -84,7 +88,7 @@ class SegList:
             properties=tuple(self.properties[i] for i in order) if self.properties else (),
         )
 
-    @cached_property
+    @once
     def bounds(self) -> tuple[float, float, float, float]:
         """(least x, least y, greatest x, greatest y); zeros without vertices."""
         if not self.points:
@@ -107,7 +111,7 @@ class SegList:
             return 0.0, 0.0
         return sum(p[0] for p in self.points) / n, sum(p[1] for p in self.points) / n
 
-    @cached_property
+    @once
     def size(self) -> float:
         """Diagonal of the bounding box."""
         x0, y0, x1, y1 = self.bounds
@@ -137,7 +141,7 @@ class SegList:
             left -= leg
         return self.points[-1]
 
-    @cached_property
+    @once
     def is_clockwise(self) -> bool:
         """True when bearings from the centre mostly increase from vertex to vertex around the closed list."""
         n = len(self.points)
@@ -205,7 +209,7 @@ class SegList:
         left = list(range(len(self.points)))
         order: list[int] = []
         while left:
-            nearest = min(left, key=lambda i: (self.points[i][0] - x) ** 2 + (self.points[i][1] - y) ** 2)
+            nearest = left[SegList(tuple([self.points[i] for i in left])).nearest_vertex(x, y)]
             left.remove(nearest)
             order.append(nearest)
             x, y = self.points[nearest]
@@ -213,6 +217,7 @@ class SegList:
         return replace(path, zs=(0.0,) * len(order)) if path.zs else path
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Circle:
     """A circle; radius in metres, 0 or more."""
@@ -232,6 +237,7 @@ class Circle:
         return math.hypot(x - self.x, y - self.y) <= self.radius
 
 
+@mypyc_attr(native_class=False)
 @dataclass(frozen=True, slots=True)
 class Seglr:
     """Vertices followed by an endless ray: the track of a vessel that turns and then holds its heading.

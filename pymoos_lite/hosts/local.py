@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from pymoos_lite.core.clock import Clock
 from pymoos_lite.core.database import Database
 from pymoos_lite.core.message import Message
@@ -51,10 +49,10 @@ class LocalConnection:
         mailbox.clear()
         return mail
 
-    def published_names(self) -> Iterable[str]:
+    def published_names(self) -> tuple[str, ...]:
         return self._database.published_by(self.name)
 
-    def registered_names(self) -> Iterable[str]:
+    def registered_names(self) -> tuple[str, ...]:
         return self._database.registered_by(self.name)
 
     def wanted(self, name: str) -> bool:

@@ -117,10 +117,10 @@ class RemoteConnection:
         mail, self.mail = self.mail, []
         return mail
 
-    def published_names(self) -> Iterable[str]:
+    def published_names(self) -> tuple[str, ...]:
         return tuple(self._published)
 
-    def registered_names(self) -> Iterable[str]:
+    def registered_names(self) -> tuple[str, ...]:
         return tuple(self._registered)
 
     def wanted(self, name: str) -> bool:

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from copy import deepcopy
 from dataclasses import dataclass, field
+from typing import Any
 
 from mypy_extensions import mypyc_attr
 
@@ -58,7 +60,6 @@ LEAST_STEP = 1e-9
 """Seconds below which no time has passed: a slope over less is rounding, or overflows."""
 
 
-@mypyc_attr(native_class=False)
 class ScalarPid:
     """One proportional-integral-derivative loop with a clamped output.
 
@@ -91,6 +92,12 @@ class ScalarPid:
         self._time: float | None = None
         self._differences: deque[float] = deque(maxlen=_DERIVATIVE_SAMPLES)
 
+    def __deepcopy__(self, memo: dict[int, Any]) -> ScalarPid:
+        twin = ScalarPid(PidGains(), 0.0)
+        for name in self.__slots__:
+            setattr(twin, name, deepcopy(getattr(self, name), memo))
+        return twin
+
     def step(self, error: float, now: float) -> float | None:
         """The output for `error` at time `now` (s), within +-output_limit.
 
@@ -122,7 +129,6 @@ class ScalarPid:
         return self._output
 
 
-@mypyc_attr(native_class=False)
 class PidEngine:
     """Steers a vessel toward desired heading, speed and depth.
 
@@ -185,6 +191,12 @@ class PidEngine:
         self.desired_heading = self.desired_speed = self.desired_depth = 0.0
         self.nav_heading = self.nav_speed = self.nav_depth = self.nav_pitch = 0.0
         self._forget()
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> PidEngine:
+        twin = PidEngine(self._parameters)
+        for name in self.__slots__:
+            setattr(twin, name, deepcopy(getattr(self, name), memo))
+        return twin
 
     @property
     def parameters(self) -> PidParameters:

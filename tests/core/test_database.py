@@ -267,5 +267,5 @@ def test_a_client_that_comes_back_is_again_a_publisher_of_what_it_posts():
         db.connect("gps", now)
         db.publish("gps", message("NAV_X", now, source="gps"), now)
         db.publish("gps", message("NAV_X", now, source="gps"), now)
-        assert db.published_by("gps") == ["NAV_X"]
+        assert db.published_by("gps") == ("NAV_X",)
         db.disconnect("gps", now)
