@@ -177,10 +177,18 @@ def test_the_state_says_what_runs(folder, monkeypatch):
     assert compiled.state() == "plain Python (a source has changed since: pymoos compile)"
 
 
-def test_classes_keep_their_docstrings():
-    from ivp_helm.helm import HelmCore
+@pytest.mark.parametrize("first", ["ivp_helm.helm", "ivp_helm.app", "missions.bloom.control_app"])
+def test_classes_keep_their_docstrings_whoever_loads_them(first):
+    words = f"import {first}, ivp_helm.helm; print(ivp_helm.helm.HelmCore.__doc__)"
+    printed = subprocess.run([sys.executable, "-c", words], capture_output=True, text=True, check=True).stdout
+    assert printed.split() == _docstrings(compiled.source_of("ivp_helm.helm"))["HelmCore"].split() != []
 
-    assert inspect.getdoc(HelmCore) == _docstrings(compiled.source_of("ivp_helm.helm"))["HelmCore"] != ""
+
+def test_all_classes_of_all_modules_keep_their_docstrings():
+    for module in MODULES:
+        found = importlib.import_module(module)
+        for name, text in _docstrings(compiled.source_of(module)).items():
+            assert (inspect.getdoc(getattr(found, name)) or "").split() == text.split(), (module, name)
 
 
 @pytest.mark.slow

@@ -56,8 +56,13 @@ class CompiledLoader(ExtensionFileLoader):
 
     def exec_module(self, module: ModuleType) -> None:
         super().exec_module(module)
-        for name, text in _docstrings(Path(self.path).parent).get(module.__name__, {}).items():
-            getattr(module, name).__doc__ = text
+        # Compiled modules load each other without asking a loader: see to those as well.
+        waiting = _docstrings(Path(self.path).parent)
+        for name in [name for name in waiting if name in sys.modules]:
+            classes = {each: getattr(sys.modules[name], each, None) for each in waiting[name]}
+            if None not in classes.values():  # else it is still loading
+                for each, text in waiting.pop(name).items():
+                    classes[each].__doc__ = text
 
 
 class CompiledFinder(MetaPathFinder):
@@ -121,6 +126,7 @@ def state() -> str:
 
 @cache
 def _docstrings(folder: Path) -> dict[str, dict[str, str]]:
+    """By module and class, of modules that did not get them yet."""
     found: dict[str, dict[str, str]] = json.loads((folder / DOCSTRINGS).read_text(encoding="utf-8"))
     return found
 

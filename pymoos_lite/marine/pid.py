@@ -60,6 +60,20 @@ LEAST_STEP = 1e-9
 """Seconds below which no time has passed: a slope over less is rounding, or overflows."""
 
 
+_LOOP_STATE = (
+    "_differences",
+    "_error",
+    "_integral",
+    "_kd",
+    "_ki",
+    "_kp",
+    "_limit",
+    "_output",
+    "_time",
+    "output_limit",
+)
+
+
 class ScalarPid:
     """One proportional-integral-derivative loop with a clamped output.
 
@@ -67,18 +81,7 @@ class ScalarPid:
     set-point, not by a pause.
     """
 
-    __slots__ = (
-        "_differences",
-        "_error",
-        "_integral",
-        "_kd",
-        "_ki",
-        "_kp",
-        "_limit",
-        "_output",
-        "_time",
-        "output_limit",
-    )
+    __slots__ = _LOOP_STATE
 
     def __init__(self, gains: PidGains, output_limit: float) -> None:
         self._kp = gains.kp
@@ -94,7 +97,7 @@ class ScalarPid:
 
     def __deepcopy__(self, memo: dict[int, Any]) -> ScalarPid:
         twin = ScalarPid(PidGains(), 0.0)
-        for name in self.__slots__:
+        for name in _LOOP_STATE:
             setattr(twin, name, deepcopy(getattr(self, name), memo))
         return twin
 
@@ -129,6 +132,41 @@ class ScalarPid:
         return self._output
 
 
+_ENGINE_STATE = (
+    "_depth_loop",
+    "_instability_start",
+    "_max_pitch",
+    "_parameters",
+    "_pitch_loop",
+    "_speed_loop",
+    "_thrust_before",
+    "_time",
+    "_yaw_loop",
+    "desired_depth",
+    "desired_depth_at",
+    "desired_heading",
+    "desired_heading_at",
+    "desired_speed",
+    "desired_speed_at",
+    "elevator",
+    "nav_depth",
+    "nav_depth_at",
+    "nav_heading",
+    "nav_heading_at",
+    "nav_pitch",
+    "nav_pitch_at",
+    "nav_speed",
+    "nav_speed_at",
+    "override",
+    "rudder",
+    "speed_factor",
+    "stale",
+    "stale_reports",
+    "thrust",
+    "thrust_cap",
+)
+
+
 class PidEngine:
     """Steers a vessel toward desired heading, speed and depth.
 
@@ -137,39 +175,7 @@ class PidEngine:
     it, as in the reference, so a value heard before the first step does not count.
     """
 
-    __slots__ = (
-        "_depth_loop",
-        "_instability_start",
-        "_max_pitch",
-        "_parameters",
-        "_pitch_loop",
-        "_speed_loop",
-        "_thrust_before",
-        "_time",
-        "_yaw_loop",
-        "desired_depth",
-        "desired_depth_at",
-        "desired_heading",
-        "desired_heading_at",
-        "desired_speed",
-        "desired_speed_at",
-        "elevator",
-        "nav_depth",
-        "nav_depth_at",
-        "nav_heading",
-        "nav_heading_at",
-        "nav_pitch",
-        "nav_pitch_at",
-        "nav_speed",
-        "nav_speed_at",
-        "override",
-        "rudder",
-        "speed_factor",
-        "stale",
-        "stale_reports",
-        "thrust",
-        "thrust_cap",
-    )
+    __slots__ = _ENGINE_STATE
 
     def __init__(self, parameters: PidParameters) -> None:
         self._parameters = parameters
@@ -194,7 +200,7 @@ class PidEngine:
 
     def __deepcopy__(self, memo: dict[int, Any]) -> PidEngine:
         twin = PidEngine(self._parameters)
-        for name in self.__slots__:
+        for name in _ENGINE_STATE:
             setattr(twin, name, deepcopy(getattr(self, name), memo))
         return twin
 
