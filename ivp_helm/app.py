@@ -6,10 +6,12 @@ the community (helm.md 8).
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from time import process_time
+from typing import Final
 
 from mypy_extensions import mypyc_attr
 
@@ -27,7 +29,8 @@ from pymoos_lite.config.parameters import Values, unquote
 from pymoos_lite.config.problems import Problem, did_you_mean
 from pymoos_lite.core.message import Message
 
-_new_tuple = tuple.__new__  # what Message(...) does, in a third of the time
+_NEVER_ASKED: Final = (-math.inf, False)
+_new_tuple: Final = tuple.__new__  # what Message(...) does, in a third of the time
 ASK_PERIOD = 1.0
 """Mission seconds after which it is asked again whether anybody reads functions and reasons."""
 
@@ -126,7 +129,7 @@ class Helm(App):
         choice = self.config.bhv_ipf
         if choice != "auto":
             return bool(choice == "always")
-        asked, answer = self._listeners.get(variable, (float("-inf"), False))
+        asked, answer = self._listeners.get(variable, _NEVER_ASKED)
         if self.now - asked >= ASK_PERIOD:
             answer = self.connection.wanted(variable)
             self._listeners[variable] = (self.now, answer)

@@ -9,35 +9,47 @@ from __future__ import annotations
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 from mypy_extensions import mypyc_attr
 
 from ivp_helm.behavior import Behavior, BehaviorError
 from ivp_helm.duration import DurationClock
+from ivp_helm.flags import Flag
 from ivp_helm.ivp import IvPError, IvPFunction
 from ivp_helm.surroundings import MissingOwnship
 from ivp_helm.updates import UpdateResult, apply_update, is_repeatable, seconds_text
 
 RUNNING = ("running", "active")
-_new_tuple = tuple.__new__  # what Outcome(...) does, in a third of the time
 Hook = Callable[[], Any]
 
 
-class Outcome(NamedTuple):
+class Outcome:
     """What one iteration of one behaviour came to.
 
     `blocked` says why it did not run: the first condition that failed, starvation, a domain that lacks
-    its variables, its duration. `reused` marks a function carried over from the last iteration.
+    its variables, its duration. `reused` marks a function carried over from the last iteration. `failed`: it posted
+    an error, or raised, and the helm stops the vehicle.
     """
 
-    state: str
-    function: IvPFunction | None = None
-    reused: bool = False
-    blocked: str = ""
-    build_seconds: float = 0.0
-    failed: bool = False
-    """It posted an error, or raised: the helm stops the vehicle."""
+    # No tuple: compiled, a class of its own is made and read in half the time, and there are many.
+    __slots__ = ("blocked", "build_seconds", "failed", "function", "reused", "state")
+
+    def __init__(
+        self,
+        state: str,
+        function: IvPFunction | None = None,
+        reused: bool = False,
+        blocked: str = "",
+        build_seconds: float = 0.0,
+        failed: bool = False,
+    ) -> None:
+        self.state = state
+        self.function = function
+        self.reused = reused
+        self.blocked = blocked
+        self.build_seconds = build_seconds
+        self.failed = failed
 
 
 @mypyc_attr(native_class=False)
@@ -82,6 +94,7 @@ class Life:
         self._completion_told = False
         self._status_key: tuple[object, ...] = ()
         self._status = ""
+        self._keep_parameters()
         self._missing = [v for v in type(behavior).VARIABLES if v not in behavior.domain]
         own = self._own_hook
         self._on_every_state = own("on_every_state")
@@ -92,12 +105,16 @@ class Life:
     def name(self) -> str:
         return self.behavior.name
 
-    @property
-    def counts(self) -> str:
+    def _keep_parameters(self) -> None:
+        """Keep the parameters that each iteration asks for: reading them off `config` is dearer."""
+        config = self.behavior.config
+        self._updates: str = config.updates
+        self._duration_reset: tuple[str, float | str | None] | None = config.duration_reset
+        self._duration_status: str = config.duration_status
+        self._nostarve: list[tuple[tuple[str, ...], float]] = config.nostarve
+        self._runxflag: list[Flag] = config.runxflag
+        self.counts = f"{self.updates_good}/{self.updates_total}" if self._updates else "n/a"
         """``good/total`` updates, ``n/a`` without an updates variable."""
-        if not self.behavior.config.updates:
-            return "n/a"
-        return f"{self.updates_good}/{self.updates_total}"
 
     # --- beginning ----------------------------------------------------------------------------------------
 
@@ -112,6 +129,7 @@ class Life:
             # Its spawning text is its first update; the helm applied it on building.
             self._skip = self._last_update = self.origin.seed
             self.updates_good = self.updates_total = 1
+            self._keep_parameters()
 
     # --- one iteration ------------------------------------------------------------------------------------
 
@@ -125,7 +143,8 @@ class Life:
             outcome = Outcome(self.state or "idle")
         if behavior.failed:
             behavior.failed = False
-            return outcome._replace(function=None, failed=True)
+            outcome.function = None
+            outcome.failed = True
         return outcome
 
     def _iterate(self) -> Outcome:
@@ -135,10 +154,10 @@ class Life:
         former = self.state
         buffer = behavior.buffer
         behavior.iteration += 1
-        if config.updates and buffer.has_deltas(config.updates):
+        if self._updates and buffer.has_deltas(self._updates):
             self._check_updates()
-        if config.duration_reset is not None:
-            self._check_duration_reset(config.duration_reset)
+        if self._duration_reset is not None:
+            self._check_duration_reset(self._duration_reset)
         if buffer.updated("COMMS_POLICY"):
             behavior.follow_comms_policy(buffer.text("COMMS_POLICY") or "")
         state, blocked = self._decide(now)
@@ -172,7 +191,7 @@ class Life:
         if function is None:
             self._raw = None
         self._last_time = now
-        return _new_tuple(Outcome, (state, function, reused, blocked, seconds, False))
+        return Outcome(state, function, reused, blocked, seconds)
 
     def _decide(self, now: float) -> tuple[str, str]:
         """State by helm.md 5.1, and why it is not to run."""
@@ -198,7 +217,7 @@ class Life:
         if self._missing:
             behavior.error(f"the helm's Domain has no {' and no '.join(self._missing)}")
             return "idle", "null-domain"
-        if behavior.config.nostarve:
+        if self._nostarve:
             starved = self._starved()
             if starved:
                 return "idle", starved
@@ -209,7 +228,7 @@ class Life:
         behavior = self.behavior
         config = behavior.config
         starting = former not in RUNNING
-        if config.duration_status:
+        if self._duration_status:
             self._post_remaining(now)
         if starting:
             self._call(behavior.on_idle_to_run)
@@ -220,8 +239,8 @@ class Life:
         seconds = stopwatch() - began
         if starting:
             behavior.post_flags(config.runflag)
-        if config.runxflag:
-            behavior.post_flags(config.runxflag)
+        if self._runxflag:
+            behavior.post_flags(self._runxflag)
         reused = raw is not None and raw is self._raw
         function = self._weigh(raw) if raw is not None else None
         self._raw = raw
@@ -319,6 +338,7 @@ class Life:
 
     def _parameters_complete(self) -> None:
         behavior = self.behavior
+        self._keep_parameters()
         self._call(behavior.resolve_conditions)
         self._call(behavior.on_parameters)
         settings = self._call(behavior.settings)
@@ -341,11 +361,11 @@ class Life:
         self._reset_stamp = stamp
         if self.duration.started is not None:
             self.duration.reset()
-        if self.behavior.config.duration_status and self.duration.limit >= 0.0:
+        if self._duration_status and self.duration.limit >= 0.0:
             self._post_remaining(self.behavior.now)
 
     def _post_remaining(self, now: float) -> None:
-        variable = self.behavior.config.duration_status
+        variable = self._duration_status
         if not variable or self.duration.limit < 0.0:
             return
         remaining = self.duration.remaining(now)
@@ -356,7 +376,7 @@ class Life:
 
     def _starved(self) -> str:
         buffer = self.behavior.buffer
-        for names, seconds in self.behavior.config.nostarve:
+        for names, seconds in self._nostarve:
             for name in names:
                 age = buffer.age(name)
                 if age is None or age > seconds:

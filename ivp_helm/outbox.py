@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from ivp_helm.behavior import Post
 from ivp_helm.info_buffer import InfoBuffer
@@ -13,7 +13,7 @@ MAP_CLEAR_PERIOD = 2.0
 """Least mission seconds between two forgettings of what was sent."""
 
 
-_new_tuple = tuple.__new__  # what HelmPost(...) does, in a third of the time
+_new_tuple: Final = tuple.__new__  # what HelmPost(...) does, in a third of the time
 
 
 class HelmPost(NamedTuple):

@@ -6,6 +6,7 @@ come (or when mail came, if `wakes_on_mail`), and catches what the app raises.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from operator import itemgetter
 from typing import Protocol
 
@@ -65,6 +66,7 @@ class AppRunner:
     def __init__(self, app: App, meter: Meter | None = None) -> None:
         self.app = app
         self.name = app.name
+        self._bind()
         self.meter = meter or NoMeter()
         rate = app.tick_rate
         self.period = 1.0 / rate if rate > 0.0 else 1.0 / FREE_RUNNING_RATE
@@ -103,6 +105,12 @@ class AppRunner:
         if not context.has_block and not app.BLOCK_OPTIONAL:
             app.config_warning(f"No mission config block found for {app.name}")
         app.on_start_up()
+        self._bind()
+
+    def _bind(self) -> None:
+        """Look up the hooks that every step calls."""
+        self._iterate: Callable[[], None] = self.app.iterate
+        self._on_mail: Callable[[list[Message]], None] = self.app.on_mail
 
     def next_deadline(self) -> float:
         """Mission time at which `step` is next due (in mode 1 waiting mail may bring it forward)."""
@@ -150,7 +158,7 @@ class AppRunner:
             if mail:
                 if self._sort:
                     mail.sort(key=_time_of)
-                app.on_mail(mail)
+                self._on_mail(mail)
         if app.ports:
             for port in tuple(app.ports):  # the app may open or close some on the way
                 if port.has_data:
@@ -165,7 +173,7 @@ class AppRunner:
             if now < self._load_until:
                 self._iterate_measured(now)
             else:
-                app.iterate()
+                self._iterate()
             self._last_iteration = now
             if now >= self._next_status:
                 self._next_status = now + STATUS_PERIOD
@@ -219,7 +227,7 @@ class AppRunner:
         """Iterate, and tell who asked (LOADCAST_REQ) how long it took and how long ago the last time was."""
         app = self.app
         began = app.clock.now()
-        app.iterate()
+        self._iterate()
         length = (app.clock.now() - began) * app.tick_rate
         gap = (now - self._last_iteration) * app.tick_rate
         upper = app.name.upper()

@@ -11,7 +11,6 @@ a few nanometers", J. Geodesy 85, 2011, equations 7 to 12, 35 and 36), which has
 
 from __future__ import annotations
 
-import cmath
 import math
 
 from pymoos_lite.geometry.angles import angle180
@@ -30,8 +29,10 @@ _E = math.sqrt(_E2)
 _N = FLATTENING / (2.0 - FLATTENING)
 _RECTIFYING = SEMI_MAJOR / (1 + _N) * (1 + _N**2 / 4 + _N**4 / 64 + _N**6 / 256)
 
+_Series = tuple[float, float, float, float, float, float]
+
 # Karney (2011) equation 35: conformal to rectifying latitude.
-_ALPHA = (
+_ALPHA: _Series = (
     _N / 2 - 2 * _N**2 / 3 + 5 * _N**3 / 16 + 41 * _N**4 / 180 - 127 * _N**5 / 288 + 7891 * _N**6 / 37800,
     13 * _N**2 / 48 - 3 * _N**3 / 5 + 557 * _N**4 / 1440 + 281 * _N**5 / 630 - 1983433 * _N**6 / 1935360,
     61 * _N**3 / 240 - 103 * _N**4 / 140 + 15061 * _N**5 / 26880 + 167603 * _N**6 / 181440,
@@ -40,7 +41,7 @@ _ALPHA = (
     212378941 * _N**6 / 319334400,
 )
 # Karney (2011) equation 36: rectifying to conformal latitude.
-_BETA = (
+_BETA: _Series = (
     _N / 2 - 2 * _N**2 / 3 + 37 * _N**3 / 96 - _N**4 / 360 - 81 * _N**5 / 512 + 96199 * _N**6 / 604800,
     _N**2 / 48 + _N**3 / 15 - 437 * _N**4 / 1440 + 46 * _N**5 / 105 - 1118711 * _N**6 / 3870720,
     17 * _N**3 / 480 - 37 * _N**4 / 840 - 209 * _N**5 / 4480 + 5569 * _N**6 / 90720,
@@ -91,10 +92,9 @@ def utm_forward(lat: float, lon: float, central_meridian: float) -> tuple[float,
         cos_lam = math.cos(lam)
         xi = math.atan2(tau_c, cos_lam)
         eta = math.asinh(math.sin(lam) / math.sqrt(tau_c * tau_c + cos_lam * cos_lam))
-    zeta = complex(xi, eta)
-    zeta += _sine_series(_ALPHA, zeta)
+    more_xi, more_eta = _sine_series(_ALPHA, xi, eta)
     k = SCALE * _RECTIFYING
-    return FALSE_EASTING + k * zeta.imag, k * zeta.real
+    return FALSE_EASTING + k * (eta + more_eta), k * (xi + more_xi)
 
 
 def utm_inverse(easting: float, northing: float, central_meridian: float) -> tuple[float, float]:
@@ -103,17 +103,19 @@ def utm_inverse(easting: float, northing: float, central_meridian: float) -> tup
     Raises GeodesyError when the coordinates lie outside the projection's domain or are not finite.
     """
     k = SCALE * _RECTIFYING
-    zeta = complex(northing / k, (easting - FALSE_EASTING) / k)
-    if not (abs(zeta.real) <= math.pi / 2 + 1e-9 and abs(zeta.imag) <= 1.5):
+    xi, eta = northing / k, (easting - FALSE_EASTING) / k
+    if not (abs(xi) <= math.pi / 2 + 1e-9 and abs(eta) <= 1.5):
         raise GeodesyError(f"easting={easting} northing={northing} is outside what UTM can represent")
-    zeta -= _sine_series(_BETA, zeta)
-    sinh_eta = math.sinh(zeta.imag)
-    cos_xi = math.cos(zeta.real)
+    less_xi, less_eta = _sine_series(_BETA, xi, eta)
+    xi -= less_xi
+    eta -= less_eta
+    sinh_eta = math.sinh(eta)
+    cos_xi = math.cos(xi)
     flat = math.hypot(sinh_eta, cos_xi)
     lon = angle180(central_meridian + math.degrees(math.atan2(sinh_eta, cos_xi)))
     if flat < 1e-12:
-        return math.copysign(90.0, zeta.real), lon
-    tau_c = math.sin(zeta.real) / flat
+        return math.copysign(90.0, xi), lon
+    tau_c = math.sin(xi) / flat
     rest = 1.0 - _E2
     tau = tau_c / rest
     # Newton's method, Karney (2011) equations 19 to 21; two rounds reach machine precision.
@@ -129,17 +131,24 @@ def utm_inverse(easting: float, northing: float, central_meridian: float) -> tup
     return math.degrees(math.atan(tau)), lon
 
 
-def _sine_series(coefficients: tuple[float, ...], zeta: complex) -> complex:
-    """Sum of c_j sin(2 j zeta), j = 1..6, by Clenshaw's recurrence: one complex sine instead of six."""
+def _sine_series(coefficients: _Series, xi: float, eta: float) -> tuple[float, float]:
+    """Sum of c_j sin(2 j zeta), j = 1..6, zeta = xi + i eta: (real, imaginary).
+
+    Clenshaw's recurrence, one complex sine instead of six; by its parts, since compiled code keeps complex
+    numbers no quicker than Python does.
+    """
     c1, c2, c3, c4, c5, c6 = coefficients
-    two_zeta = 2.0 * zeta
-    factor = 2.0 * cmath.cos(two_zeta)
-    b5 = factor * c6 + c5
-    b4 = factor * b5 - c6 + c4
-    b3 = factor * b4 - b5 + c3
-    b2 = factor * b3 - b4 + c2
-    b1 = factor * b2 - b3 + c1
-    return b1 * cmath.sin(two_zeta)
+    sin_re, cos_re = math.sin(2.0 * xi), math.cos(2.0 * xi)
+    sinh_im, cosh_im = math.sinh(2.0 * eta), math.cosh(2.0 * eta)
+    # factor = 2 cos(2 zeta), then b = factor * (the b before) - (the b before that) + c
+    re, im = 2.0 * (cos_re * cosh_im), -2.0 * (sin_re * sinh_im)
+    x5, y5 = re * c6 + c5, im * c6
+    x4, y4 = re * x5 - im * y5 - c6 + c4, re * y5 + im * x5
+    x3, y3 = re * x4 - im * y4 - x5 + c3, re * y4 + im * x4 - y5
+    x2, y2 = re * x3 - im * y3 - x4 + c2, re * y3 + im * x3 - y4
+    x1, y1 = re * x2 - im * y2 - x3 + c1, re * y2 + im * x2 - y3
+    sin_x, sin_y = sin_re * cosh_im, cos_re * sinh_im
+    return x1 * sin_x - y1 * sin_y, x1 * sin_y + y1 * sin_x
 
 
 class Geodesy:

@@ -9,8 +9,7 @@ from __future__ import annotations
 import re
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)").fullmatch
-is_plain_number = _NUMBER
-"""The numeric test without outer blanks; truthy where it holds."""
+_NUMERIC = "+-.0123456789"
 _FORMATS = tuple(f"%.{decimals}f" for decimals in range(18))
 _INFINITY = float("inf")
 
@@ -44,10 +43,19 @@ def is_number(text: str) -> bool:
 
 def parse_number(text: str) -> float | None:
     """Value of numeric text as `is_number` understands it, or None; None too when it overflows a float."""
-    text = text.strip()
-    if _NUMBER(text) is None:
+    return plain_number(text.strip())
+
+
+def plain_number(text: str) -> float | None:
+    """As `parse_number` for text without outer blanks."""
+    # Of nothing but these characters float() takes just what the numeric test takes, and is asked in a third of
+    # the time of a pattern.
+    if not text or text.strip(_NUMERIC):
         return None
-    value = float(text)
+    try:
+        value = float(text)
+    except ValueError:
+        return None
     return value if -_INFINITY < value < _INFINITY else None
 
 

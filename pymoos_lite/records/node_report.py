@@ -14,11 +14,10 @@ from typing import Any
 
 from mypy_extensions import mypyc_attr
 
-from pymoos_lite.geometry.text import is_plain_number, num, parse_number, split_protected, unbrace
+from pymoos_lite.geometry.text import num, parse_number, plain_number, split_protected, unbrace
 from pymoos_lite.records.csp import MAX_TEXT, RecordError, balanced, clip, printable
 
 _RECORD = "NODE_REPORT"
-_INFINITY = float("inf")
 
 
 @mypyc_attr(native_class=False)
@@ -177,7 +176,8 @@ def _parse(text: str) -> NodeReport:
             # commas) that needs nothing but trimming.
             attribute, reader = entry
             if reader is parse_number:
-                if is_plain_number(value) and -_INFINITY < (number := float(value)) < _INFINITY:
+                number = plain_number(value)
+                if number is not None:
                     values[attribute] = number
                     continue
             elif reader is printable and not braced:

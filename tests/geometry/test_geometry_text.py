@@ -67,6 +67,14 @@ def test_digits_beyond_any_float_make_no_number() -> None:
     assert parse_number("9" * 400) is None
 
 
+@given(st.text(alphabet="+-.0123456789eExXinfa_ \t\u0663", max_size=8))
+def test_a_number_is_what_passes_the_numeric_test(text):
+    value = parse_number(text)
+    assert (value is not None) == is_number(text)
+    if value is not None:
+        assert value == float(text)
+
+
 def test_booleans_come_in_three_spellings_and_toggle_needs_a_state() -> None:
     assert [parse_bool(t) for t in ("TRUE", "on", " Yes ")] == [True] * 3
     assert [parse_bool(t) for t in ("false", "OFF", "no")] == [False] * 3
