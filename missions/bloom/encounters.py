@@ -1,7 +1,9 @@
-"""Who came too close to whom, and what both were doing: read from the logs of a run.
+"""Who came too close to whom, and why: read from the logs of a run.
 
-A vessel that samples stands still with its collision avoidance off (gcid.md 15), so nobody but the other one
-keeps clear. Distances are metres, times seconds from the start of the logs.
+A vessel that samples lies still, or drifts to a stop, with its collision avoidance off (gcid.md 15), so nobody but
+the other one keeps clear; and two that both sample may come to lie so close that setting out again is a collision.
+Hence what counts is not only the moment of the closest approach but all the time for which they had been within
+`CONTENT` of each other. Distances are metres, times seconds from the start of the logs.
 """
 
 from __future__ import annotations
@@ -23,6 +25,15 @@ T = TypeVar("T")
 CLOSE = ("collision", "near_miss")
 LOOK_BACK = 120.0
 """Seconds before a report within which its closest approach is looked for: it comes when both have parted."""
+CONTENT = 10.0
+"""From here on avoidance has nothing to wish for (``max_util_cpa_dist`` in meta_vehicle.bhv)."""
+
+CAUSES = {
+    "sampling": "one of them sampled, its avoidance off, after they had come within 10 m",
+    "start": "they were placed within 10 m of each other",
+    "avoidance": "with avoidance at work on both",
+}
+"""Why two vessels came too close, in the order in which it is asked."""
 
 
 @dataclass(frozen=True)
@@ -43,11 +54,12 @@ class Encounter:
     cpa: float
     names: tuple[str, str]
     doing: tuple[str, str]
-    sampling: tuple[bool, bool]
+    cause: str
+    """One of `CAUSES`."""
 
     def __str__(self) -> str:
         both = " and ".join(f"{name} ({doing})" for name, doing in zip(self.names, self.doing, strict=True))
-        return f"{self.time:7.0f} s  {self.rank.replace('_', ' '):9}  {self.cpa:5.2f} m  {both}"
+        return f"{self.time:7.0f} s  {self.rank.replace('_', ' '):9}  {self.cpa:5.2f} m  {both}: {self.cause}"
 
 
 def read_encounters(folder: Path) -> list[Encounter]:
@@ -84,12 +96,15 @@ def read_encounters(folder: Path) -> list[Encounter]:
 
 
 def encounter_lines(found: Sequence[Encounter]) -> list[str]:
-    """One line each, and how many of them had to do with sampling."""
+    """One line each, and how many there were of each cause."""
     lines = [str(met) for met in found]
     for rank, words in zip(CLOSE, ("collisions", "near misses"), strict=True):
         of_rank = [met for met in found if met.rank == rank]
-        involved = sum(any(met.sampling) for met in of_rank)
-        lines.append(f"{len(of_rank)} {words}, {involved} of them with a vessel that was sampling")
+        lines.append(f"{len(of_rank)} {words}")
+        for cause, meaning in CAUSES.items():
+            count = sum(met.cause == cause for met in of_rank)
+            if count:
+                lines.append(f"  {count} {cause}: {meaning}")
     return lines
 
 
@@ -104,12 +119,39 @@ def _encounter(entry: AlogEntry, vessels: Mapping[str, Vessel]) -> Encounter | N
         return None
     one, other = (vessels[name] for name in names)
     time = closest_time(one.track, other.track, entry.time - LOOK_BACK, entry.time)
-    sampling = tuple(bool(_at(v.sampling, time, False)) for v in (one, other))
     doing = tuple(
-        "sampling" if busy else _at(v.modes, time, "").rpartition(":")[2].lower() or "unknown"
-        for v, busy in zip((one, other), sampling, strict=True)
+        "sampling"
+        if _at(v.sampling, time, False)
+        else _at(v.modes, time, "").rpartition(":")[2].lower() or "unknown"
+        for v in (one, other)
     )
-    return Encounter(time, rank, cpa, names, (doing[0], doing[1]), (sampling[0], sampling[1]))
+    return Encounter(time, rank, cpa, names, (doing[0], doing[1]), _cause(one, other, time))
+
+
+def _cause(one: Vessel, other: Vessel, time: float) -> str:
+    """Why the two came too close at a time."""
+    since = close_since(one.track, other.track, time)
+    begin = -inf if since is None else since
+    for vessel in (one, other):
+        if _at(vessel.sampling, begin, False) or any(
+            begin <= at <= time and busy for at, busy in vessel.sampling
+        ):
+            return "sampling"
+    # None: not even the first positions were farther apart.
+    return "start" if since is None else "avoidance"
+
+
+def close_since(
+    one: Sequence[tuple[float, float, float]], other: Sequence[tuple[float, float, float]], time: float
+) -> float | None:
+    """When two tracks of (time, x, y), closer than `CONTENT` at a time, last came so close; None: always were."""
+    since = time
+    for at, x, y in reversed(one[: bisect_right(one, (time, inf, inf))]):
+        i = bisect_right(other, (at, inf, inf)) - 1
+        if i >= 0 and hypot(other[i][1] - x, other[i][2] - y) >= CONTENT:
+            return since
+        since = at
+    return None
 
 
 def closest_time(

@@ -2,7 +2,8 @@
 
 What runs many times a second in a fleet, and nothing else: kernels are numba's, tools and parsers need no
 haste. A module may be listed when mypyc takes it (no tricks with ``__dict__`` except in classes marked
-``native_class=False``); classes that plug-ins may extend are marked ``allow_interpreted_subclasses=True``.
+``native_class=False``, and no nested functions in those); classes that plug-ins may extend are marked
+``allow_interpreted_subclasses=True``, and what is worked out once and kept is ``@once`` (see `once`).
 """
 
 MODULES: tuple[str, ...] = (

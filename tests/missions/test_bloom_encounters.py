@@ -1,4 +1,4 @@
-"""Close encounters of the bloom mission, read from logs: which, when, and what both vessels were doing."""
+"""Close encounters of the bloom mission, read from logs: which, when, and what both vessels were doing, and why."""
 
 import pytest
 
@@ -61,18 +61,46 @@ def test_every_collision_and_near_miss_is_told_with_what_both_were_doing(logs, c
     ]
     assert found[0].time == 50.0, "when they were closest, not when it was reported"
     assert found[0].doing == ("sampling", "exploring")
-    assert found[0].sampling == (True, False)
     assert found[1].doing == ("exploiting", "exploring")
-    assert found[1].sampling == (False, False)
+    assert [met.cause for met in found] == ["sampling", "avoidance"]
 
 
-def test_the_command_prints_them_and_counts_those_with_a_sampling_vessel(logs, capsys):
+@pytest.mark.parametrize(
+    ("apart", "sampled", "cause"),
+    [
+        (lambda s: 30.0 - 0.5 * s, (), "avoidance"),
+        (lambda s: 30.0 - 0.5 * s, (10, 30), "avoidance"),  # over before they came near
+        (lambda s: 30.0 - 0.5 * s, (45, 50), "sampling"),  # over when they were closest
+        (lambda s: 30.0 - 0.5 * s, (10, 50), "sampling"),  # begun before they came near
+        (lambda s: 9.0 - 0.1 * s, (), "start"),
+        (lambda s: 9.0 - 0.1 * s, (5, 8), "sampling"),
+    ],
+)
+def test_a_cause_is_looked_for_in_all_the_time_for_which_they_were_near(tmp_path, apart, sampled, cause):
+    switches = "".join(
+        line(time, "WAIT_TO_SAMPLE", value) for time, value in zip(sampled, ("true", "false"), strict=False)
+    )
+    texts = {
+        "LOG_ABE_1": sail(lambda s: 0.0, "EXPLORING") + switches,
+        "LOG_BEN_1": sail(lambda s: max(apart(s), 2.0), "EXPLORING"),
+        "XLOG_SHORESIDE_1": HEADER + report(60.0, "abe", "ben", "collision", 2.0),
+    }
+    for name, text in texts.items():
+        (tmp_path / name).mkdir()
+        (tmp_path / name / f"{name}.alog").write_text(text)
+    (met,) = read_encounters(tmp_path)
+    assert met.cause == cause
+
+
+def test_the_command_prints_them_and_counts_them_by_cause(logs, capsys):
     assert cli.main(["bloom", "encounters", str(logs())]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == "     50 s  collision   2.00 m  abe (sampling) and ben (exploring)"
+    assert lines[0] == "     50 s  collision   2.00 m  abe (sampling) and ben (exploring): sampling"
     assert lines[2:] == [
-        "1 collisions, 1 of them with a vessel that was sampling",
-        "1 near misses, 0 of them with a vessel that was sampling",
+        "1 collisions",
+        "  1 sampling: one of them sampled, its avoidance off, after they had come within 10 m",
+        "1 near misses",
+        "  1 avoidance: with avoidance at work on both",
     ]
 
 
