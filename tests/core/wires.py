@@ -8,6 +8,8 @@ import random
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from hypothesis import strategies as st
+
 from pymoos_lite.core.client_session import ClientLimits, ClientSession
 from pymoos_lite.core.database import Database
 from pymoos_lite.core.link import Link
@@ -168,3 +170,18 @@ class Town:
             and not any(client.unacknowledged for client in self.clients.values())
             and not any(peer.mailbox or peer.link.backlog for peer in self.server._peers.values())
         )
+
+
+weathers = st.builds(
+    Weather,
+    loss=st.floats(0, 0.4),
+    duplication=st.floats(0, 0.4),
+    shortest=st.just(0.0005),
+    longest=st.floats(0.0005, 0.1),
+)
+keys = st.sampled_from([None, b"community key"])
+
+
+def values(mail: list[Message], name: str) -> list[object]:
+    """The values of a variable among the mail, in order."""
+    return [m.value for m in mail if m.name == name]
