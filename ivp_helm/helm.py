@@ -186,6 +186,7 @@ class HelmCore:
         if self.authority.malconfig:
             return
         self.outbox.forget_everything()
+        self.surroundings.retellings += 1
         self._introduce()
         self.announcer.refresh()
         if self.allstop.reason:

@@ -148,7 +148,8 @@ class Inbox:
         return False
 
     def _map_clear(self, message: Message) -> bool:
-        self._core.outbox.forget_all(self._core.buffer.now)
+        if self._core.outbox.forget_all(self._core.buffer.now):
+            self._core.surroundings.retellings += 1
         return False
 
     def _able(self, message: Message) -> bool:

@@ -93,7 +93,6 @@ class Life:
         self._raw: object = None
         self._completion_told = False
         self._status_key: tuple[object, ...] = ()
-        self._status = ""
         self._keep_parameters()
         self._missing = [v for v in type(behavior).VARIABLES if v not in behavior.domain]
         own = self._own_hook
@@ -398,16 +397,17 @@ class Life:
         # What the text is made of, and nothing that has to be worked out: functions are immutable.
         weight = function.weight if function is not None else None
         pieces = function.pieces if function is not None else None
-        key = (state, blocked, weight, pieces, self.updates_total, self.updates_good)
-        if key != self._status_key:
-            self._status_key = key
-            text = f"name={self.name}"
-            if blocked:
-                text += f",pc={blocked}"
-            if function is not None:
-                text += f",pwt={function.weight:.5f},pcs={function.pieces}"
-            self._status = f"{text},state={state},updates={self.counts}"
-        self.behavior.post("BHV_STATUS", self._status)
+        retellings = self.behavior.surroundings.retellings
+        key = (state, blocked, weight, pieces, self.updates_total, self.updates_good, retellings)
+        if key == self._status_key:
+            return  # the outbox would drop it
+        self._status_key = key
+        text = f"name={self.name}"
+        if blocked:
+            text += f",pc={blocked}"
+        if function is not None:
+            text += f",pwt={function.weight:.5f},pcs={function.pieces}"
+        self.behavior.post("BHV_STATUS", f"{text},state={state},updates={self.counts}")
 
     # --- guarding the helm --------------------------------------------------------------------------------
 

@@ -62,6 +62,8 @@ class Surroundings:
         self.random = Random(0) if random is None else random
         self.comms_policy = comms_policy
         self.geodesy = geodesy
+        self.retellings = 0
+        """How often everything was to be told anew: who keeps silent about what has not changed looks here."""
 
     @property
     def now(self) -> float:

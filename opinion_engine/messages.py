@@ -12,6 +12,7 @@ import re
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -80,6 +81,12 @@ def parse_text(text: str) -> OpinionMessage:
     """The record of a text message. Raises MessageError for anything else."""
     if len(text) > MAX_TEXT:
         raise MessageError(f"opinion message of {len(text)} characters, at most {MAX_TEXT} are read")
+    return _parse_text(text)
+
+
+@lru_cache(maxsize=256)
+def _parse_text(text: str) -> OpinionMessage:
+    # Kept, because in lockstep every vessel of a fleet is told the same.
     fields = text.split(":", MAX_FIELDS + 1)
     if len(fields) > 1 and fields[-1] == "":
         fields.pop()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 from math import isfinite
 
 from mypy_extensions import mypyc_attr
@@ -41,34 +42,7 @@ class NodeMessage:
         Raises RecordError when it is not `k=v,k=v`, lacks src_node, var_name or any destination, has
         both values, or a double_val that is not a number.
         """
-        head, quoted = _cut_quoted_value(text)
-        f = field_map(_RECORD, head)
-        for needed in ("src_node", "var_name"):
-            if not f.get(needed):
-                raise RecordError(_RECORD, f"no {needed} in '{clip(text)}'")
-        if not f.get("dest_node") and not f.get("dest_group"):
-            raise RecordError(_RECORD, f"neither dest_node nor dest_group in '{clip(text)}'")
-        string_val = quoted if quoted is not None else f.get("string_val")
-        double_val = f.get("double_val")
-        value: float | str | None = string_val
-        if double_val is not None:
-            if string_val is not None:
-                raise RecordError(_RECORD, f"both string_val and double_val in '{clip(text)}'")
-            value = parse_number(double_val)
-            if value is None:
-                raise RecordError(_RECORD, f"double_val must be a number, found '{clip(double_val)}'")
-        return cls(
-            src_node=f["src_node"],
-            var_name=f["var_name"],
-            value=value,
-            dest_node=f.get("dest_node", ""),
-            dest_group=f.get("dest_group", ""),
-            src_app=f.get("src_app", ""),
-            src_bhv=f.get("src_bhv", ""),
-            color=f.get("color", ""),
-            ack=parse_bool(f.get("ack", "")) is True,
-            ack_id=f.get("ack_id", ""),
-        )
+        return _parse_cached(text) if len(text) <= _CACHED_LENGTH else _parse(text)
 
     def destinations(self) -> tuple[str, ...]:
         """Names of dest_node's colon list, blanks and empty names dropped; `all` stays one name."""
@@ -112,6 +86,45 @@ class NodeMessage:
 
     def __str__(self) -> str:
         return self.to_text()
+
+
+# In lockstep every vessel of a fleet is handed the same text; records are immutable, so they can share one
+# parse. Long texts are not worth the memory.
+_CACHED_LENGTH = 4096
+
+
+def _parse(text: str) -> NodeMessage:
+    head, quoted = _cut_quoted_value(text)
+    f = field_map(_RECORD, head)
+    for needed in ("src_node", "var_name"):
+        if not f.get(needed):
+            raise RecordError(_RECORD, f"no {needed} in '{clip(text)}'")
+    if not f.get("dest_node") and not f.get("dest_group"):
+        raise RecordError(_RECORD, f"neither dest_node nor dest_group in '{clip(text)}'")
+    string_val = quoted if quoted is not None else f.get("string_val")
+    double_val = f.get("double_val")
+    value: float | str | None = string_val
+    if double_val is not None:
+        if string_val is not None:
+            raise RecordError(_RECORD, f"both string_val and double_val in '{clip(text)}'")
+        value = parse_number(double_val)
+        if value is None:
+            raise RecordError(_RECORD, f"double_val must be a number, found '{clip(double_val)}'")
+    return NodeMessage(
+        src_node=f["src_node"],
+        var_name=f["var_name"],
+        value=value,
+        dest_node=f.get("dest_node", ""),
+        dest_group=f.get("dest_group", ""),
+        src_app=f.get("src_app", ""),
+        src_bhv=f.get("src_bhv", ""),
+        color=f.get("color", ""),
+        ack=parse_bool(f.get("ack", "")) is True,
+        ack_id=f.get("ack_id", ""),
+    )
+
+
+_parse_cached = lru_cache(maxsize=1024)(_parse)
 
 
 @mypyc_attr(native_class=False)

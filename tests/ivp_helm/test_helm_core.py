@@ -417,6 +417,22 @@ def test_a_request_for_all_geometry_makes_filtered_posts_go_out_again():
     assert len(helm.posted("VIEW_SEGLIST")) == before + 1, "at most every two seconds"
 
 
+def test_a_status_that_does_not_change_is_told_once_and_again_to_who_asks_for_everything():
+    helm = rig({})
+    helm.iterate()
+    told = len(helm.posted("BHV_STATUS"))
+    for _ in range(3):
+        helm.iterate()
+    assert len(helm.posted("BHV_STATUS")) == told > 0
+    helm.mail("HELM_MAP_CLEAR", 1.0)
+    helm.iterate()
+    assert len(helm.posted("BHV_STATUS")) == told + 1
+    helm.core.reintroduce()
+    helm.iterate()
+    assert len(helm.posted("BHV_STATUS")) == told + 2
+    assert len(set(helm.posted("BHV_STATUS")[-3:])) == 1
+
+
 def test_every_variable_is_registered_for_once_and_said_to_be():
     helm = rig(
         {
