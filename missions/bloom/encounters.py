@@ -95,11 +95,11 @@ def read_encounters(folder: Path) -> list[Encounter]:
     return sorted(found, key=lambda met: met.time)
 
 
-def encounter_lines(found: Sequence[Encounter]) -> list[str]:
-    """One line each, and how many there were of each cause."""
-    lines = [str(met) for met in found]
+def encounter_lines(runs: Mapping[str, Sequence[Encounter]]) -> list[str]:
+    """One line for each, behind the name of its run where there are several, and how many of each cause."""
+    lines = [f"{name}: {met}" if len(runs) > 1 else str(met) for name, found in runs.items() for met in found]
     for rank, words in zip(CLOSE, ("collisions", "near misses"), strict=True):
-        of_rank = [met for met in found if met.rank == rank]
+        of_rank = [met for found in runs.values() for met in found if met.rank == rank]
         lines.append(f"{len(of_rank)} {words}")
         for cause, meaning in CAUSES.items():
             count = sum(met.cause == cause for met in of_rank)

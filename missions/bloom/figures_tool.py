@@ -63,9 +63,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--step", type=float, default=20.0, metavar="S", help="seconds between frames (default 20)"
     )
     film.add_argument("--out", type=Path, default=Path("bloom.gif"), metavar="FILE", help="default bloom.gif")
-    close = commands.add_parser("encounters", help="who came too close to whom, and what both were doing")
+    close = commands.add_parser("encounters", help="who came too close to whom, and why")
     close.add_argument(
-        "logs", type=Path, metavar="LOGS", help="folder with the logs of a run (sim's --log-dir)"
+        "runs",
+        nargs="+",
+        type=Path,
+        metavar="LOGS",
+        help="folders, each with the logs of a run (sim's --log-dir)",
     )
     study = commands.add_parser("study", help="what a study found, against the size of the fleet")
     study.add_argument("results", type=Path, metavar="RESULTS", help="results.csv of a study, or its folder")
@@ -111,7 +115,7 @@ def run(args: argparse.Namespace) -> int:
         if args.what == "encounters":
             from missions.bloom.encounters import encounter_lines, read_encounters
 
-            print("\n".join(encounter_lines(read_encounters(args.logs))))
+            print("\n".join(encounter_lines({str(folder): read_encounters(folder) for folder in args.runs})))
             return 0
         from missions.bloom.run_log import read_run
 

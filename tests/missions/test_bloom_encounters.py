@@ -104,6 +104,21 @@ def test_the_command_prints_them_and_counts_them_by_cause(logs, capsys):
     ]
 
 
+def test_several_runs_are_told_of_together(logs, tmp_path, capsys):
+    folder = logs()
+    twin = tmp_path / "twin"
+    twin.mkdir()
+    for name in ("LOG_ABE_1", "LOG_BEN_1", "LOG_CAL_1", "XLOG_SHORESIDE_1"):
+        (folder / name).rename(twin / name)
+    assert cli.main(["bloom", "encounters", str(twin), str(twin)]) == 0
+    assert "2 collisions" not in capsys.readouterr().out, "the same folder twice is one run"
+    logs()
+    assert cli.main(["bloom", "encounters", str(folder), str(twin)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.partition(": ")[0] for line in lines[:4]] == [str(folder)] * 2 + [str(twin)] * 2
+    assert lines[4] == "2 collisions"
+
+
 def test_logs_that_do_not_tell_of_all_that_was_counted_are_refused(logs, capsys):
     folder = logs(HEADER + line(70.0, "COLLISION_TOTAL", 2.0) + report(70.0, "abe", "ben", "collision", 2.0))
     assert cli.main(["bloom", "encounters", str(folder)]) == 1
