@@ -114,8 +114,8 @@ class Helm(App):
         core = self.core
         # What `notify` does: forty posts in every iteration, whose values the core has made proper already.
         publish, now, name, community = self.connection.publish, self.now, self.name, self.community
-        for variable, value, aux in core.take_posts():
-            publish(_new_tuple(Message, (variable, value, now, name, aux, community)))
+        for post in core.take_posts():
+            publish(_new_tuple(Message, (post.variable, post.value, now, name, post.aux, community)))
         for kind, text in core.take_notes():
             if kind == "warning":
                 self.run_warning(text)

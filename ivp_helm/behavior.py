@@ -41,7 +41,7 @@ Units everywhere: x east and y north in metres, degrees clockwise from north, m/
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, ClassVar, Final, NamedTuple
+from typing import TYPE_CHECKING, ClassVar
 
 from mypy_extensions import mypyc_attr
 
@@ -62,19 +62,20 @@ class BehaviorError(Exception):
     """Raised by a behaviour that cannot do its work: the helm stops the vehicle and says why."""
 
 
-_new_tuple: Final = tuple.__new__  # what Post(...) does, in a third of the time
-
-
-class Post(NamedTuple):
+class Post:
     """Something a behaviour wants published. Posts of one key that repeat a value are dropped.
 
     `key` None means never dropped. `retracts` marks the withdrawal of a warning.
     """
 
-    variable: str
-    value: Value
-    key: str | None = ""
-    retracts: bool = False
+    # No tuple: compiled, a class of its own is made and read in half the time, and there are many.
+    __slots__ = ("key", "retracts", "value", "variable")
+
+    def __init__(self, variable: str, value: Value, key: str | None = "", retracts: bool = False) -> None:
+        self.variable = variable
+        self.value = value
+        self.key = key
+        self.retracts = retracts
 
 
 @mypyc_attr(allow_interpreted_subclasses=True)
@@ -103,6 +104,8 @@ class Behavior(Configurable):
         self.surroundings = surroundings
         self.buffer: InfoBuffer = surroundings.buffer
         self.domain: Domain = surroundings.domain
+        self.max_speed: float = self.domain["speed"].high if "speed" in self.domain else 0.0
+        """The highest speed of the domain, 0 without one."""
         self.community = surroundings.community
         self.name = name or type(self).DEFAULT_NAME
         self._why: str | Callable[[], str] = ""
@@ -238,11 +241,6 @@ class Behavior(Configurable):
         """The priority weight."""
         return float(self.config.pwt)
 
-    @property
-    def max_speed(self) -> float:
-        """The highest speed of the domain, 0 without one."""
-        return self.domain["speed"].high if "speed" in self.domain else 0.0
-
     def number(self, variable: str) -> float | None:
         """A number from the buffer; a missing one is a warning and None."""
         value = self.buffer.number(variable)
@@ -272,7 +270,7 @@ class Behavior(Configurable):
                 return
         kind = type(value)
         typed: Value = value if kind is float or kind is str else as_value(value)  # type: ignore[assignment]
-        self._posts.append(_new_tuple(Post, (variable, typed, None if repeat else key, False)))
+        self._posts.append(Post(variable, typed, None if repeat else key))
 
     def post_int(self, variable: str, value: float, key: str = "") -> None:
         """Publish the nearest whole number (halves go up); nothing for infinite and undefined values."""

@@ -303,8 +303,8 @@ class HelmCore:
 
     def _rebuild(self) -> None:
         kind, self._restart = self._restart, ""
-        for name in list(self.outbox.latest):
-            self.outbox.forget_behavior(name[0])
+        for name in {post.behavior for post in self.outbox.newest()}:
+            self.outbox.forget_behavior(name)
         self._build([p for p in self.problems if p.file not in (self.content.file,)])
         if self.authority.malconfig:
             return
@@ -418,12 +418,12 @@ class HelmCore:
         for life, _ in rounds:
             behavior = life.behavior
             posts = behavior.take_posts()
-            for variable, value, _, retracts in posts:
-                if variable in _NOTED:
-                    if variable == "BHV_WARNING":
-                        self.note("retract" if retracts else "warning", str(value))
+            for post in posts:
+                if post.variable in _NOTED:
+                    if post.variable == "BHV_WARNING":
+                        self.note("retract" if post.retracts else "warning", str(post.value))
                     else:
-                        self.note("event", str(value))
+                        self.note("event", str(post.value))
             drain(posts, behavior.name, self.buffer, self.iteration)
 
     def _bury(self, now: float) -> None:

@@ -7,7 +7,7 @@ updated in this round has age 0. Nothing here knows where values come from.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 from pymoos_lite.core.message import Value
 from pymoos_lite.geometry.text import num, parse_number
@@ -44,17 +44,9 @@ class InfoBuffer:
             deltas.append(value)
 
     def assign(self, name: str, value: Value) -> None:
-        """Store a value of the helm's own making (a mode): it is no news to anybody."""
+        """Store a value of the helm's own making (a mode, a behaviour's post): it is no news to anybody."""
         self.values[name] = value
         self._arrived[name] = self._stamps[name] = self.now
-
-    def assign_all(self, posts: Iterable[tuple[str, Value, object, object]]) -> None:
-        """Store what behaviours posted at the end of a round: later ones can read it, but it is no news."""
-        now = self.now
-        values, arrived, stamps = self.values, self._arrived, self._stamps
-        for name, value, _, _ in posts:
-            values[name] = value
-            arrived[name] = stamps[name] = now
 
     def clear_deltas(self) -> None:
         """Start a new round of `deltas`."""

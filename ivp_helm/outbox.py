@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 from ivp_helm.behavior import Post
 from ivp_helm.info_buffer import InfoBuffer
@@ -13,15 +13,15 @@ MAP_CLEAR_PERIOD = 2.0
 """Least mission seconds between two forgettings of what was sent."""
 
 
-_new_tuple: Final = tuple.__new__  # what HelmPost(...) does, in a third of the time
-
-
-class HelmPost(NamedTuple):
+class HelmPost:
     """A value to publish; `aux` says which iteration and behaviour it came from."""
 
-    variable: str
-    value: Value
-    aux: str = ""
+    __slots__ = ("aux", "value", "variable")  # no tuple, for the reason that `Post` is none
+
+    def __init__(self, variable: str, value: Value, aux: str = "") -> None:
+        self.variable = variable
+        self.value = value
+        self.aux = aux
 
 
 class LastPost(NamedTuple):
@@ -39,7 +39,8 @@ class Outbox:
 
     def __init__(self) -> None:
         self.posts: list[HelmPost] = []
-        self.latest: dict[tuple[str, str], LastPost] = {}
+        self._latest: dict[tuple[str, str], tuple[float, int, Value]] = {}
+        """By behaviour and variable: time, iteration and value of the newest post."""
         self._sent: dict[str, dict[tuple[str, str], Value]] = {}
         """By behaviour: what was sent last, by variable and key."""
         self._changed: dict[str, Value] = {}
@@ -47,7 +48,7 @@ class Outbox:
 
     def post(self, variable: str, value: Value, aux: str = "") -> None:
         """Publish, always."""
-        self.posts.append(_new_tuple(HelmPost, (variable, value, aux)))
+        self.posts.append(HelmPost(variable, value, aux))
 
     def post_change(self, variable: str, value: Value, aux: str = "") -> None:
         """Publish if it differs from what was last published this way."""
@@ -60,31 +61,29 @@ class Outbox:
         sent = self._sent.get(behavior)
         if sent is None:
             sent = self._sent[behavior] = {}
-        recall = sent.get
-        fresh = []
+        now = buffer.now
+        aux = ""
         for post in posts:
-            variable, value, key, _ = post
+            variable, value, key = post.variable, post.value, post.key
+            buffer.assign(variable, value)
             if key is not None:
                 memory = (variable, key)
-                former = recall(memory)
+                former = sent.get(memory)
                 if former == value and type(former) is type(value):
                     continue
                 sent[memory] = value
-            fresh.append(post)
-        buffer.assign_all(posts)
-        if not fresh:
-            return
-        aux = f"{iteration}:{behavior}"
-        now = buffer.now
-        out, latest = self.posts, self.latest
-        for variable, value, _, _ in fresh:
-            out.append(_new_tuple(HelmPost, (variable, value, aux)))
-            latest[behavior, variable] = _new_tuple(LastPost, (variable, behavior, now, iteration, value))
+            aux = aux or f"{iteration}:{behavior}"
+            self.posts.append(HelmPost(variable, value, aux))
+            self._latest[behavior, variable] = (now, iteration, value)
+
+    def newest(self) -> list[LastPost]:
+        """The newest post of each variable by each behaviour."""
+        return [LastPost(variable, behavior, *post) for (behavior, variable), post in self._latest.items()]
 
     def forget_behavior(self, behavior: str) -> None:
         """A behaviour is gone; one of the same name starts afresh."""
         self._sent.pop(behavior, None)
-        self.latest = {memory: post for memory, post in self.latest.items() if memory[0] != behavior}
+        self._latest = {memory: post for memory, post in self._latest.items() if memory[0] != behavior}
 
     def forget_all(self, now: float) -> bool:
         """Send everything again from now on (a viewer asked); False if that was done a moment ago."""

@@ -59,7 +59,7 @@ def report_lines(core: HelmCore, comms_policy: str = "open") -> Iterator[str]:
         yield f"  Hold-On-Apps: {', '.join(holding) if holding else 'all present'}"
     yield ""
     yield f"  {'Variable':<24} {'Behavior':<20} {'Time':>9} {'Iter':>7}  Value"
-    latest = sorted(core.outbox.latest.values(), key=lambda post: (-post.time, post.variable))
+    latest = sorted(core.outbox.newest(), key=lambda post: (-post.time, post.variable))
     for post in latest[:MAX_POSTS_SHOWN]:
         value = num(post.value, 4) if isinstance(post.value, float) else str(post.value)
         yield (

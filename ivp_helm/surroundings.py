@@ -54,6 +54,7 @@ class Surroundings:
         geodesy: Geodesy | None = None,
     ) -> None:
         self.domain = domain
+        self._has_depth = "depth" in domain
         self.buffer = InfoBuffer() if buffer is None else buffer
         self.community = community
         self.own = own
@@ -77,7 +78,7 @@ class Surroundings:
         if x is None or y is None or heading is None:
             self.own = None
             return
-        depth = number("NAV_DEPTH") if "depth" in self.domain else None
+        depth = number("NAV_DEPTH") if self._has_depth else None
         self.own = Ownship(x, y, angle360(heading), number("NAV_SPEED") or 0.0, depth or 0.0)
 
     def missing_own(self) -> str:

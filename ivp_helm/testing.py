@@ -144,11 +144,11 @@ class HelmRig:
 
     def _collect(self) -> None:
         self.core.take_registrations()
-        for variable, value, aux in self.core.take_posts():
-            self.published.append((self.core.iteration, variable, value))
-            iteration, colon, behavior = aux.partition(":")
+        for post in self.core.take_posts():
+            self.published.append((self.core.iteration, post.variable, post.value))
+            iteration, colon, behavior = post.aux.partition(":")
             if colon and iteration.isdigit():
-                self.postings.append(Posting(int(iteration), behavior, variable, value))
+                self.postings.append(Posting(int(iteration), behavior, post.variable, post.value))
 
     # --- asking -------------------------------------------------------------------------------------------
 

@@ -245,27 +245,17 @@ class ContactLedger:
 
     def examine(self, report: NodeReport, now: float) -> Contact:
         """The contact that `receive` would make of a report, without taking it in; raises ValueError likewise."""
-        name = report.name
-        if not name:
-            raise ValueError("Missing vname.")
-        if report.time is None:
-            raise ValueError("Missing timestamp.")
-        x, y = report.x, report.y
+        name, x, y, speed, heading, course, time, kind, length = _said(report)
         if x is None or y is None:
             x, y = self._local_position(report)
-        speed, heading = report.speed or 0.0, report.heading or 0.0
         if not (abs(x) <= _FARTHEST and abs(y) <= _FARTHEST and abs(speed) <= _FASTEST):
             raise ValueError("Position or speed is beyond belief.")
-        kind = _known_type(report.type)
-        if kind in _NEEDS_DEPTH and report.depth is None:
-            raise ValueError(f"Missing depth of type {kind}.")
-        cog = report.cog
+        cog = course
         if cog is None:
             before = self._contacts.get(name)
             moved = before is not None and (before.x, before.y) != (x, y)
             cog = bearing(before.x, before.y, x, y) if before is not None and moved else heading
-        length = report.length or _LENGTHS.get(kind)
-        return Contact(name, report, x, y, speed, heading, cog, report.time, now, kind, length)
+        return Contact(name, report, x, y, speed, heading, cog, time, now, kind, length)
 
     def complete(self, contact: Contact) -> NodeReport:
         """The contact's report with everything filled in that the ledger knows: what others are told of it."""
@@ -319,3 +309,42 @@ def _known_type(kind: str) -> str:
     if word == "uuv":
         return "auv"
     return word if word in KNOWN_TYPES else "ship"
+
+
+_Said = tuple[
+    str, float | None, float | None, float, float, float | None, float, str, float | None
+]  # name, x, y, speed, heading, course over ground, time, type, length
+_MOST_KEPT = 1024
+_kept: dict[int, tuple[NodeReport, _Said]] = {}
+
+
+def _said(report: NodeReport) -> _Said:
+    """What a report says that does not depend on who hears it, and when; raises ValueError if it is of no use.
+
+    Kept for a while by identity: in a fleet in lockstep some dozen ledgers are handed the very same report.
+    """
+    known = _kept.get(id(report))
+    if known is not None and known[0] is report:
+        return known[1]
+    if not report.name:
+        raise ValueError("Missing vname.")
+    if report.time is None:
+        raise ValueError("Missing timestamp.")
+    kind = _known_type(report.type)
+    if kind in _NEEDS_DEPTH and report.depth is None:
+        raise ValueError(f"Missing depth of type {kind}.")
+    said: _Said = (
+        report.name,
+        report.x,
+        report.y,
+        report.speed or 0.0,
+        report.heading or 0.0,
+        report.cog,
+        report.time,
+        kind,
+        report.length or _LENGTHS.get(kind),
+    )
+    if len(_kept) >= _MOST_KEPT:
+        _kept.clear()
+    _kept[id(report)] = (report, said)
+    return said
