@@ -176,3 +176,42 @@ def test_a_decay_has_a_start_and_an_end() -> None:
     assert parse_decay("15,30") == (15.0, 30.0)
     with pytest.raises(ValueError):
         Extrapolation(decay_start=9.0, decay_end=3.0)
+
+
+def test_one_report_heard_by_several_is_each_one_s_own_contact() -> None:
+    report = said("NAME=ben,X=10,Y=0,SPD=1,HDG=90,TIME=5")
+    ledger = heard("NAME=ben,X=0,Y=0,SPD=1,HDG=90,TIME=4")
+    ledger.receive(said("NAME=ben,X=0,Y=-5,SPD=1,HDG=90,TIME=4.5"), 100.0)
+    moved, fresh = ledger.receive(report, 101.0), ContactLedger(GEODESY).receive(report, 102.0)
+    assert (moved.heard_at, fresh.heard_at) == (101.0, 102.0)
+    assert moved.cog == pytest.approx(63.4349, abs=1e-3), "from where it was before to where it is"
+    assert fresh.cog == 90.0, "nobody knows where it was before"
+    assert moved.report is fresh.report is report
+
+
+def test_a_report_without_a_place_is_placed_by_the_datum_of_who_hears_it() -> None:
+    report = said("NAME=ben,LAT=43.8253,LON=-70.3304,SPD=1,HDG=90,TIME=5")
+    for datum, y in ((GEODESY, 0.0), (Geodesy(43.8244, -70.3304), 100.0)):
+        contact = ContactLedger(datum).receive(report, 100.0)
+        assert (contact.x, contact.y) == pytest.approx((0.0, y), abs=2.0)
+    with pytest.raises(ValueError, match="no datum"):
+        ContactLedger(None).receive(report, 100.0)
+
+
+def test_a_report_that_is_of_no_use_is_refused_as_often_as_it_is_heard() -> None:
+    report = said("NAME=ben,X=1,Y=2,TYPE=uuv,TIME=5")
+    for _ in range(2):
+        with pytest.raises(ValueError, match="Missing depth"):
+            heard("NAME=eve,X=1,Y=2,TIME=5").receive(report, 100.0)
+
+
+def test_what_is_kept_of_reports_stays_bounded() -> None:
+    from pymoos_lite.records import contact_ledger
+
+    ledger = ContactLedger(GEODESY)
+    for number in range(3000):
+        ledger.receive(said(f"NAME=ben,X={number},Y=0,SPD=1,HDG=90,TIME=5"), 100.0)
+    contact = ledger.get("ben")
+    assert contact is not None
+    assert contact.x == 2999.0
+    assert 0 < len(contact_ledger._kept) <= 1024
