@@ -188,7 +188,8 @@ def test_all_classes_of_all_modules_keep_their_docstrings():
     for module in MODULES:
         found = importlib.import_module(module)
         for name, text in _docstrings(compiled.source_of(module)).items():
-            assert (inspect.getdoc(getattr(found, name)) or "").split() == text.split(), (module, name)
+            if text:  # a dataclass without one makes its own
+                assert (inspect.getdoc(getattr(found, name)) or "").split() == text.split(), (module, name)
 
 
 @pytest.mark.slow
