@@ -105,7 +105,7 @@ class AppRunner:
         if not context.has_block and not app.BLOCK_OPTIONAL:
             app.config_warning(f"No mission config block found for {app.name}")
         app.on_start_up()
-        self._bind()
+        self._bind()  # again: starting up may have put others in their place
 
     def _bind(self) -> None:
         """Look up the hooks that every step calls."""

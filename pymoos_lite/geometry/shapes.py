@@ -209,7 +209,8 @@ class SegList:
         left = list(range(len(self.points)))
         order: list[int] = []
         while left:
-            nearest = left[SegList(tuple([self.points[i] for i in left])).nearest_vertex(x, y)]
+            squares = [(self.points[i][0] - x) ** 2 + (self.points[i][1] - y) ** 2 for i in left]
+            nearest = left[squares.index(min(squares))]
             left.remove(nearest)
             order.append(nearest)
             x, y = self.points[nearest]

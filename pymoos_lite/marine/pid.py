@@ -60,6 +60,7 @@ LEAST_STEP = 1e-9
 """Seconds below which no time has passed: a slope over less is rounding, or overflows."""
 
 
+# What a copy consists of: a compiled class has no slots to be copied by.
 _LOOP_STATE = (
     "_differences",
     "_error",

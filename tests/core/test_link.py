@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
-from wires import Pair, Weather
+from wires import Pair, Weather, any_weather
 
 from pymoos_lite.core.assembly import RecordError, frame_record
 from pymoos_lite.core.frames import Data as DataFrame
@@ -32,13 +32,7 @@ def numbered(count: int, size: int = 20) -> list[bytes]:
     return [b"%08d" % n + bytes(max(0, size - 8)) for n in range(count)]
 
 
-weathers = st.builds(
-    Weather,
-    loss=st.floats(0, 0.4),
-    duplication=st.floats(0, 0.4),
-    shortest=st.just(0.0005),
-    longest=st.floats(0.0005, 0.2),
-)
+weathers = any_weather(0.2)
 
 
 def assert_memory_bounded(both: Pair) -> None:

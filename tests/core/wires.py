@@ -172,13 +172,18 @@ class Town:
         )
 
 
-weathers = st.builds(
-    Weather,
-    loss=st.floats(0, 0.4),
-    duplication=st.floats(0, 0.4),
-    shortest=st.just(0.0005),
-    longest=st.floats(0.0005, 0.1),
-)
+def any_weather(longest: float) -> st.SearchStrategy[Weather]:
+    """Weather of all kinds, with delays of up to `longest` seconds."""
+    return st.builds(
+        Weather,
+        loss=st.floats(0, 0.4),
+        duplication=st.floats(0, 0.4),
+        shortest=st.just(0.0005),
+        longest=st.floats(0.0005, longest),
+    )
+
+
+weathers = any_weather(0.1)
 keys = st.sampled_from([None, b"community key"])
 
 
