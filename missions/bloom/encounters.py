@@ -3,7 +3,9 @@
 A vessel that samples lies still, or drifts to a stop, with its collision avoidance off (gcid.md 15), so nobody but
 the other one keeps clear; and two that both sample may come to lie so close that setting out again is a collision.
 Hence what counts is not only the moment of the closest approach but all the time for which they had been within
-`CONTENT` of each other. Distances are metres, times seconds from the start of the logs.
+`CONTENT` of each other. Avoidance weighs courses as if a vessel were on them at once (behaviors.md C6); one that has
+to turn round for its new aim first sweeps through what it wanted to keep clear of. Distances are metres, angles
+degrees, times seconds from the start of the logs.
 """
 
 from __future__ import annotations
@@ -11,11 +13,13 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import hypot, inf
 from pathlib import Path
 from typing import TypeVar
 
 from missions.bloom.run_log import newest_logs
+from pymoos_lite.geometry.angles import angle180
 from pymoos_lite.records.alog import AlogEntry, read_entries
 from pymoos_lite.records.csp import RecordError, field_map
 from pymoos_lite.tools.log_reading import LogError, read_log
@@ -27,22 +31,26 @@ LOOK_BACK = 120.0
 """Seconds before a report within which its closest approach is looked for: it comes when both have parted."""
 CONTENT = 10.0
 """From here on avoidance has nothing to wish for (``max_util_cpa_dist`` in meta_vehicle.bhv)."""
+TURN = 90.0
+"""A vessel that has turned by more than this while another was near was turning round."""
 
 CAUSES = {
     "sampling": "one of them sampled, its avoidance off, after they had come within 10 m",
     "start": "they were placed within 10 m of each other",
-    "avoidance": "with avoidance at work on both",
+    "turning": "with avoidance at work on both, one turned by more than 90 degrees after they had come within 10 m",
+    "avoidance": "with avoidance at work on both, and neither turned round",
 }
 """Why two vessels came too close, in the order in which it is asked."""
 
 
 @dataclass(frozen=True)
 class Vessel:
-    """What of a vessel's log matters here: (time, x, y), (time, mode), (time, whether sampling)."""
+    """What of a vessel's log matters here: (time, x, y), (time, mode), (time, whether sampling), (time, heading)."""
 
     track: Sequence[tuple[float, float, float]]
     modes: Sequence[tuple[float, str]]
     sampling: Sequence[tuple[float, bool]]
+    headings: Sequence[tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -137,8 +145,20 @@ def _cause(one: Vessel, other: Vessel, time: float) -> str:
             begin <= at <= time and busy for at, busy in vessel.sampling
         ):
             return "sampling"
-    # None: not even the first positions were farther apart.
-    return "start" if since is None else "avoidance"
+    if since is None:  # not even the first positions were farther apart
+        return "start"
+    turned = any(widest_turn(vessel.headings, since, time) > TURN for vessel in (one, other))
+    return "turning" if turned else "avoidance"
+
+
+def widest_turn(headings: Sequence[tuple[float, float]], begin: float, end: float) -> float:
+    """By how much (time, heading) has turned between two times: from the leftmost to the rightmost, degrees."""
+    angle = low = high = 0.0
+    within = headings[max(0, bisect_right(headings, (begin, inf)) - 1) : bisect_right(headings, (end, inf))]
+    for (_, former), (_, heading) in pairwise(within):
+        angle += angle180(heading - former)
+        low, high = min(low, angle), max(high, angle)
+    return high - low
 
 
 def close_since(
@@ -179,14 +199,17 @@ def _vessel(entries: Iterable[AlogEntry]) -> Vessel:
     track: list[tuple[float, float, float]] = []
     modes: list[tuple[float, str]] = []
     sampling: list[tuple[float, bool]] = []
+    headings: list[tuple[float, float]] = []
     x: float | None = None
     for entry in entries:
         if entry.name == "NAV_X":
             x = entry.number
         elif entry.name == "NAV_Y" and x is not None and entry.number is not None:
             track.append((entry.time, x, entry.number))
+        elif entry.name == "NAV_HEADING" and entry.number is not None:
+            headings.append((entry.time, entry.number))
         elif entry.name == "MODE":
             modes.append((entry.time, entry.value.strip()))
         elif entry.name == "WAIT_TO_SAMPLE":
             sampling.append((entry.time, entry.value.strip() == "true"))
-    return Vessel(sorted(track), modes, sampling)
+    return Vessel(sorted(track), modes, sampling, sorted(headings))

@@ -2,7 +2,7 @@
 
 import pytest
 
-from missions.bloom.encounters import closest_time, read_encounters
+from missions.bloom.encounters import closest_time, read_encounters, widest_turn
 from pymoos_lite.tools import cli
 
 HEADER = "%% LOG FILE:       x\n%% FILE OPENED ON  Thu Jan  1 00:00:00 2026\n%% LOGSTART           0.00\n"
@@ -12,13 +12,14 @@ def line(time, name, value):
     return f"{time:<15.5f} {name:<20} app            {value}\n"
 
 
-def sail(x_at, mode, samples_from=1e9):
-    """A vessel along y = 0 for two minutes, a position each second."""
+def sail(x_at, mode, samples_from=1e9, heading_at=lambda second: 90.0):
+    """A vessel along y = 0 for two minutes, a position and a heading each second."""
     text = HEADER + line(0.0, "MODE", f"ACTIVE:{mode}") + line(0.0, "WAIT_TO_SAMPLE", "false")
     for second in range(120):
         if second >= samples_from:
             text += line(second, "WAIT_TO_SAMPLE", "true")
         text += line(second, "NAV_X", x_at(second)) + line(second, "NAV_Y", 0.0)
+        text += line(second, "NAV_HEADING", heading_at(second))
     return text
 
 
@@ -92,6 +93,38 @@ def test_a_cause_is_looked_for_in_all_the_time_for_which_they_were_near(tmp_path
     assert met.cause == cause
 
 
+@pytest.mark.parametrize(
+    ("heading_at", "cause"),
+    [
+        (lambda s: (20.0 * s) % 360.0 if s < 30 else 0.0, "avoidance"),  # before they came near
+        (lambda s: 300.0 + s if s < 60 else s - 60.0, "avoidance"),  # twenty degrees, through north
+        (lambda s: (300.0 + 10.0 * max(0, s - 42)) % 360.0, "turning"),
+        (lambda s: (300.0 - 10.0 * max(0, s - 42)) % 360.0, "turning"),
+    ],
+)
+def test_who_turns_round_beside_another_is_told_apart(tmp_path, heading_at, cause):
+    """They come within 10 m at second 40 and within 2 m at 56."""
+    texts = {
+        "LOG_ABE_1": sail(lambda s: 0.0, "EXPLORING", heading_at=heading_at),
+        "LOG_BEN_1": sail(lambda s: max(30.0 - 0.5 * s, 2.0), "EXPLORING"),
+        "XLOG_SHORESIDE_1": HEADER + report(56.0, "ben", "abe", "collision", 2.0),
+    }
+    for name, text in texts.items():
+        (tmp_path / name).mkdir()
+        (tmp_path / name / f"{name}.alog").write_text(text)
+    (met,) = read_encounters(tmp_path)
+    assert met.cause == cause
+
+
+def test_a_turn_is_measured_from_its_leftmost_to_its_rightmost():
+    there_and_back = [(0.0, 350.0), (1.0, 20.0), (2.0, 60.0), (3.0, 340.0), (4.0, 100.0)]
+    assert widest_turn(there_and_back, 0.0, 3.0) == 80.0
+    assert widest_turn(there_and_back, 1.5, 3.0) == 80.0, "what it had when they came near counts"
+    assert widest_turn(there_and_back, 0.0, 2.0) == 70.0
+    assert widest_turn(there_and_back, 2.5, 2.6) == 0.0
+    assert widest_turn([], 0.0, 9.0) == 0.0
+
+
 def test_the_command_prints_them_and_counts_them_by_cause(logs, capsys):
     assert cli.main(["bloom", "encounters", str(logs())]) == 0
     lines = capsys.readouterr().out.splitlines()
@@ -100,7 +133,7 @@ def test_the_command_prints_them_and_counts_them_by_cause(logs, capsys):
         "1 collisions",
         "  1 sampling: one of them sampled, its avoidance off, after they had come within 10 m",
         "1 near misses",
-        "  1 avoidance: with avoidance at work on both",
+        "  1 avoidance: with avoidance at work on both, and neither turned round",
     ]
 
 
