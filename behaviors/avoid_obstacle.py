@@ -278,7 +278,12 @@ class AvoidObstacle(Behavior):
         """By range, and by how nearly own ship heads for it."""
         config, own = self.config, self.own
         outer, inner = config.pwt_outer_dist, config.pwt_inner_dist
-        share = 1.0 if self.range <= inner else max(0.0, (outer - self.range) / (outer - inner))
+        if self.range <= inner:
+            share = 1.0
+        elif self.range < outer:
+            share = (outer - self.range) / (outer - inner)
+        else:
+            share = 0.0
         ahead = max(0.0, cos(radians(obstacle.heading_wedge_offset(own.x, own.y, own.heading))))
         return share * ahead or LEAST
 

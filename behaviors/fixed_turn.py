@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from behaviors import forms
-from behaviors.steering import coupled, course_peak, speed_band
+from behaviors.steering import speed_band, toward
 from behaviors.turn_meter import TurnMeter
 from behaviors.turn_spec import ClearTurns, Schedule, TurnSpec, read_side, read_turn_spec
 from ivp_helm.behavior import Behavior, BehaviorError
@@ -183,7 +183,7 @@ class FixedTurn(Behavior):
         return self.buffer.number("DESIRED_RUDDER")
 
     def _function(self, course: float, speed: float) -> IvPFunction:
-        return coupled(course_peak(self.domain, course), speed_band(self.domain, speed, 85.0, 20.0))
+        return toward(self.domain, course, speed_band(self.domain, speed, 85.0, 20.0))
 
     def macro(self, name: str) -> float | str | None:
         meter = self._meter

@@ -13,7 +13,7 @@ from behaviors.leg_course import LegCourse, TurnShape
 from behaviors.leg_run_parameters import LEG_RUN_PARAMETERS, LegSpec
 from behaviors.odometers import Odometers
 from behaviors.speed_schedule import ScheduleChange, SpeedSchedule
-from behaviors.steering import coupled, course_peak, speed_band
+from behaviors.steering import speed_band, toward
 from behaviors.track_line import track_point
 from ivp_helm.behavior import Behavior
 from ivp_helm.ivp import IvPFunction
@@ -236,8 +236,9 @@ class LegRun(Behavior):
         self.why = (
             f"{self._phase}, {hypot(own.x - px, own.y - py):.0f} m to the next point at {num(speed, 2)} m/s"
         )
-        return coupled(
-            course_peak(self.domain, bearing(own.x, own.y, *track)),
+        return toward(
+            self.domain,
+            bearing(own.x, own.y, *track),
             speed_band(self.domain, speed, 70.0, 20.0),
             self.config.patience,
             100.0 - self.config.patience,

@@ -7,7 +7,7 @@ from math import atan2, degrees, hypot
 from mypy_extensions import mypyc_attr
 
 from behaviors import forms
-from behaviors.steering import coupled, course_peak, speed_peak
+from behaviors.steering import speed_peak, toward
 from ivp_helm.behavior import Behavior
 from ivp_helm.ivp import IvPFunction
 from pymoos_lite.config.parameters import Declaration, Parameter
@@ -97,10 +97,7 @@ class SearchControl(Behavior):
         speed = self._speed if self.config.mode.endswith("_speed") and self._speed else self.config.speed
         self.why = f"{self.config.mode}, course {course:.0f}"
         width = speed / (2.0 if mode == "rotate" else 4.0)
-        return coupled(
-            course_peak(self.domain, course),
-            speed_peak(self.domain, speed, width, BASE_WIDTH, SUMMIT_DELTA),
-        )
+        return toward(self.domain, course, speed_peak(self.domain, speed, width, BASE_WIDTH, SUMMIT_DELTA))
 
     # --- random legs --------------------------------------------------------------------------------------
 

@@ -72,7 +72,10 @@ def toward(
     course_weight: float = 50.0,
     preference_weight: float = 50.0,
 ) -> IvPFunction:
-    """`coupled` of `course_peak` and another preference: what most behaviours want, made in one step."""
+    """`coupled` of `course_peak` and another preference: what most behaviours want, made in one step.
+
+    Quick for a preference that stays the same; for one that is new every time take `coupled`.
+    """
     return _toward(domain, preference, course_weight, preference_weight).at(course)
 
 

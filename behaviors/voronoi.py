@@ -10,7 +10,7 @@ from math import hypot
 from mypy_extensions import mypyc_attr
 
 from behaviors import forms
-from behaviors.steering import coupled, course_peak, speed_peak
+from behaviors.steering import speed_peak, toward
 from ivp_helm.behavior import Behavior
 from ivp_helm.ivp import IvPFunction
 from pymoos_lite.config.parameters import Declaration, Parameter
@@ -79,10 +79,8 @@ class Voronoi(Behavior):
                 self.complete("captured")
             return None
         self.relevance = relevance * 100.0
-        course = course_peak(self.domain, bearing(own.x, own.y, x, y))
-        return coupled(
-            course, speed_peak(self.domain, config.speed, config.speed / 2.0, BASE_WIDTH, SUMMIT_DELTA)
-        )
+        speed = speed_peak(self.domain, config.speed, config.speed / 2.0, BASE_WIDTH, SUMMIT_DELTA)
+        return toward(self.domain, bearing(own.x, own.y, x, y), speed)
 
     # --- where to -----------------------------------------------------------------------------------------
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from behaviors import forms
 from behaviors.odometers import Odometers
-from behaviors.steering import coupled, course_peak, speed_band
+from behaviors.steering import speed_band, toward
 from ivp_helm.behavior import Behavior, BehaviorError
 from ivp_helm.ivp import IvPFunction
 from pymoos_lite.config.parameters import Declaration, Parameter, parse_number
@@ -175,7 +175,7 @@ class ZigZag(Behavior):
         self.why = (
             f"leg {self._legs + 1} of {config.max_zig_legs}, to {self._side}, for heading {self._set:.0f}"
         )
-        return coupled(course_peak(self.domain, asked), speed_band(self.domain, config.speed, 85.0, 20.0))
+        return toward(self.domain, asked, speed_band(self.domain, config.speed, 85.0, 20.0))
 
     def _require_fresh(self) -> None:
         for variable in self.INFO:

@@ -40,6 +40,15 @@ def test_heading_past_it_matters_less_and_away_hardly():
     assert weights[2] == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize(("outer", "weight"), [(10, 1.0), (29.5, 1.0), (30, 100.0)])
+def test_an_outer_distance_may_equal_the_inner_one(outer, weight):
+    """Full weight up to both, next to none beyond; the obstacle is 30 m off."""
+    helm = rig(x=10, pwt_inner_dist=outer, pwt_outer_dist=outer, min_util_cpa_dist=5, max_util_cpa_dist=5)
+    helm.iterate()
+    assert helm.posted("BHV_ERROR") == []
+    assert helm.outcome("b").function.weight == pytest.approx(weight)
+
+
 def test_an_obstacle_astern_is_none():
     helm = rig(x=10, heading=270)
     helm.iterate()
