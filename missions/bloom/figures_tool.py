@@ -71,6 +71,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="LOGS",
         help="folders, each with the logs of a run (sim's --log-dir)",
     )
+    census = commands.add_parser(
+        "census", help="a study's collisions by cause; runs that had some are sailed again, with logs"
+    )
+    census.add_argument("results", type=Path, metavar="RESULTS", help="folder with the results of a study")
+    census.add_argument(
+        "--workers", type=int, metavar="N", help="processes (default: one for each processor)"
+    )
+    census.add_argument("--summary", action="store_true", help="print what was found, and sail nothing")
     study = commands.add_parser("study", help="what a study found, against the size of the fleet")
     study.add_argument("results", type=Path, metavar="RESULTS", help="results.csv of a study, or its folder")
     _out_argument(study, "study.png and study.svg")
@@ -112,6 +120,8 @@ def run(args: argparse.Namespace) -> int:
             made = diagrams.framework_figure() if args.what == "framework" else diagrams.engine_figure()
             _write(made, args.out, args.what)
             return 0
+        if args.what == "census":
+            return _census(args)
         if args.what == "encounters":
             from missions.bloom.encounters import encounter_lines, read_encounters
 
@@ -179,6 +189,37 @@ def _study(path: Path) -> Figure:
     with file.open(encoding="utf-8", newline="") as lines:
         rows: list[Mapping[str, str]] = list(csv.DictReader(lines))
     return study_figure(rows)
+
+
+def _census(args: argparse.Namespace) -> int:
+    from missions.bloom.census import Census
+    from pymoos_lite.hosts.study_journal import JournalError
+    from pymoos_lite.hosts.study_workers import default_workers
+    from pymoos_lite.tools.monte import Progress, stoppable
+
+    workers = args.workers if args.workers is not None else default_workers()
+    if workers < 1:
+        raise ValueError(f"--workers {workers}: expected at least 1")
+    try:
+        census = Census(args.results)
+    except JournalError as error:
+        print(error, file=sys.stderr)
+        return 1
+    failed = []
+    numbers = [] if args.summary else census.to_look_at()
+    if numbers:
+        progress = Progress(len(numbers))
+        try:
+            with stoppable():
+                for problem in census.look(min(workers, len(numbers))):
+                    progress.one(bool(problem))
+                    failed += [problem] * bool(problem)
+        finally:
+            progress.clear()
+    print("\n".join(census.lines()))
+    for problem in failed:
+        print(problem, file=sys.stderr)
+    return 1 if failed else 0
 
 
 def _write(made: Figure, out: Path | None, name: str) -> None:

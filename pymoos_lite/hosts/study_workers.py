@@ -1,6 +1,6 @@
 """Who does the runs of a study: processes of this machine, or a Dask cluster.
 
-Both are generators of outcomes in the order in which they are ready. A worker that dies loses nothing: its
+Both are generators of outcomes, in the order in which they are ready. A worker that dies loses nothing: its
 row goes to another one, up to `ATTEMPTS` times, and then counts as failed.
 """
 
@@ -11,12 +11,16 @@ import importlib
 import multiprocessing
 import os
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any
 
 from pymoos_lite.hosts.study import Outcome, run_text
+
+Work = Callable[[str, str, int], dict[str, Any]]
+"""What is done with a row: text and file of the study and number of the row in; its ``row`` and ``status``, and
+whatever else was found, out, as JSON knows it. It is sent to other processes: a function of a module."""
 
 ATTEMPTS = 3
 FAREWELL = 5.0
@@ -44,21 +48,23 @@ def lost(number: int) -> Outcome:
 # --- processes ------------------------------------------------------------------------------------
 
 
-def _serve(pipe: Connection, text: str, file: str) -> None:
-    """A worker process: rows come in, outcomes go out, None ends it."""
+def _serve(pipe: Connection, work: Work, text: str, file: str) -> None:
+    """A worker process: rows come in, what was found goes out, None ends it."""
     with contextlib.suppress(EOFError, KeyboardInterrupt, BrokenPipeError):
         while (number := pipe.recv()) is not None:
-            pipe.send(run_text(text, file, number))
+            pipe.send(work(text, file, number))
 
 
 class _Worker:
     """One process and the row it works at."""
 
-    def __init__(self, text: str, file: str) -> None:
+    def __init__(self, work: Work, text: str, file: str) -> None:
         # Spawned, not forked: the same on every platform, and no thread of ours is copied half-way.
         context = multiprocessing.get_context("spawn")
         self.pipe, theirs = context.Pipe()
-        self.process: BaseProcess = context.Process(target=_serve, args=(theirs, text, file), daemon=True)
+        self.process: BaseProcess = context.Process(
+            target=_serve, args=(theirs, work, text, file), daemon=True
+        )
         self.process.start()
         theirs.close()
         self.row: int | None = None
@@ -72,14 +78,14 @@ class _Worker:
             return False
         return True
 
-    def take(self) -> Outcome | None:
-        """The outcome that is ready; None if the worker died instead."""
+    def take(self) -> dict[str, Any] | None:
+        """What is ready; None if the worker died instead."""
         try:
-            outcome = Outcome.from_json(self.pipe.recv())
+            answer: dict[str, Any] = self.pipe.recv()
         except (EOFError, OSError):
             return None
         self.row = None
-        return outcome
+        return answer
 
     def end(self, at_once: bool = False) -> None:
         with contextlib.suppress(OSError):
@@ -97,8 +103,8 @@ class _Worker:
 class ProcessWorkers:
     """A pool of processes; `pids` are those at work, for whoever wants to watch them."""
 
-    def __init__(self, text: str, file: str, count: int) -> None:
-        self._text, self._file = text, file
+    def __init__(self, text: str, file: str, count: int, work: Work = run_text) -> None:
+        self._work, self._text, self._file = work, text, file
         self._count = count
         self._workers: list[_Worker] = []
 
@@ -107,7 +113,13 @@ class ProcessWorkers:
         return [worker.process.pid or 0 for worker in self._workers]
 
     def run(self, numbers: Sequence[int]) -> Iterator[Outcome]:
-        """All rows, each as it is ready."""
+        """The outcomes of all rows, each as it is ready."""
+        with contextlib.closing(self.answers(numbers)) as answers:
+            for answer in answers:
+                yield Outcome.from_json(answer)
+
+    def answers(self, numbers: Sequence[int]) -> Generator[dict[str, Any], None, None]:
+        """What the work came to for each row, as it is ready."""
         waiting = deque(numbers)
         attempts = dict.fromkeys(numbers, 0)
         finished = False
@@ -121,31 +133,31 @@ class ProcessWorkers:
                 worker.end(at_once=not finished)
             self._workers = []
 
-    def _hand_out(self, waiting: deque[int], attempts: dict[int, int]) -> Iterator[Outcome]:
+    def _hand_out(self, waiting: deque[int], attempts: dict[int, int]) -> Iterator[dict[str, Any]]:
         idle = [worker for worker in self._workers if worker.row is None]
         while waiting and (idle or len(self._workers) < self._count):
             number = waiting.popleft()
             attempts[number] += 1
             if attempts[number] > ATTEMPTS:
-                yield lost(number)
+                yield lost(number).to_json()
                 continue
             if idle:
                 worker = idle.pop()
             else:
-                worker = _Worker(self._text, self._file)
+                worker = _Worker(self._work, self._text, self._file)
                 self._workers.append(worker)
             if not worker.give(number):
                 self._bury(worker, waiting)
 
-    def _collect(self, waiting: deque[int]) -> Iterator[Outcome]:
+    def _collect(self, waiting: deque[int]) -> Iterator[dict[str, Any]]:
         busy = {worker.pipe: worker for worker in self._workers if worker.row is not None}
         for ready in wait(list(busy)) if busy else ():
             worker = busy[ready]  # type: ignore[index]
-            outcome = worker.take()
-            if outcome is None:
+            answer = worker.take()
+            if answer is None:
                 self._bury(worker, waiting)
             else:
-                yield outcome
+                yield answer
 
     def _bury(self, worker: _Worker, waiting: deque[int]) -> None:
         if worker.row is not None:

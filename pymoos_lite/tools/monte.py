@@ -72,7 +72,7 @@ def _run(args: argparse.Namespace) -> int:
     journal = Journal(out, text)
     try:
         if not args.summary:
-            with _stoppable():
+            with stoppable():
                 _work(study, text, journal, args)
         return _tell(study, journal)
     finally:
@@ -80,7 +80,7 @@ def _run(args: argparse.Namespace) -> int:
 
 
 @contextmanager
-def _stoppable() -> Iterator[None]:
+def stoppable() -> Iterator[None]:
     """Inside, being asked to end is Ctrl-C: the workers end too, and what is done stays done.
 
     A shell starts background jobs with Ctrl-C ignored, so that is set as well.
